@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
-use std::sync::OnceLock;
+use std::sync::{Mutex, OnceLock, PoisonError};
 
 use anyhow::{Context, Result, ensure};
 
@@ -18,6 +18,7 @@ use crate::tools;
 use crate::workspace::Workspace;
 
 /// A shared library.
+#[derive(Clone)]
 pub struct Library {
     /// What it runs on.
     pub platform: Platform,
@@ -39,12 +40,23 @@ impl Library {
         Self::checked(workspace, platform, Reach::ThisMachine, build::for_this_machine(workspace)?)
     }
 
-    /// Builds the library that the tests ask: the one that is handed out, where this machine can build and run it, otherwise
-    /// one for this machine alone.
+    /// The library that the tests ask: the one that is handed out, where this machine can build and run it, otherwise one for this
+    /// machine alone. It is built once in a process: a second build would find nothing to do, but wait for others in its folder.
     ///
     /// # Errors
     /// When a step fails or the library does not pass the gates.
     pub fn for_tests(workspace: &Workspace) -> Result<Self> {
+        static BUILT: Mutex<Option<(PathBuf, Library)>> = Mutex::new(None);
+        let mut built = BUILT.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some((_, library)) = built.as_ref().filter(|(target, _)| *target == workspace.target) {
+            return Ok(library.clone());
+        }
+        let library = Self::build_for_tests(workspace)?;
+        *built = Some((workspace.target.clone(), library.clone()));
+        Ok(library)
+    }
+
+    fn build_for_tests(workspace: &Workspace) -> Result<Self> {
         let platform = Platform::host()?;
         let is_handed_out =
             cfg!(all(target_os = "linux", target_arch = "x86_64")) && build::missing(platform)?.is_empty();

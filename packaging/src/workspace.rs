@@ -24,6 +24,8 @@ pub struct Workspace {
     pub environments: PathBuf,
     /// What is packed.
     pub product: Product,
+    /// Settings of Cargo for libraries, in place of those of the manifest: `profile.release.lto='off'`.
+    pub settings: Vec<String>,
 }
 
 impl Workspace {
@@ -43,14 +45,22 @@ impl Workspace {
         let metadata = process::metadata(MetadataCommand::new().manifest_path(package.join("Cargo.toml")).no_deps())?;
         let target = metadata.target_directory.into_std_path_buf();
         let environments = process::variable(ENVIRONMENTS).map_or_else(|| target.clone(), PathBuf::from);
-        Ok(Self { root: metadata.workspace_root.into(), home: home(), environments, target, product })
+        Ok(Self {
+            root: metadata.workspace_root.into(),
+            home: home(),
+            environments,
+            target,
+            product,
+            settings: Vec::new(),
+        })
     }
 
     /// That of the project, with target directory and environments in a folder of a test.
     #[cfg(test)]
     pub fn of_a_test(target: &Path) -> Self {
         let (target, environments) = (target.to_owned(), target.join("environments"));
-        Self { root: home(), home: home(), target, environments, product: Product::of_the_project(&home()) }
+        let product = Product::of_the_project(&home());
+        Self { root: home(), home: home(), target, environments, product, settings: Vec::new() }
     }
 
     /// The same source with a target directory of its own below this one's, so that two builds can run at a time.

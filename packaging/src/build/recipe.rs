@@ -47,7 +47,7 @@ impl<'a> Recipe<'a> {
             strip: "symbols",
             flags,
             own_flags: Vec::new(),
-            settings: Vec::new(),
+            settings: workspace.settings.clone(),
             features: Vec::new(),
             environment: Vec::new(),
         }

@@ -4,7 +4,6 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use anyhow::Result;
-use clap::Args;
 use pneumatic_servo::model::Model;
 use pneumatic_servo::models;
 use pneumatic_servo_packaging::description::{self, Stamp, Version};
@@ -13,27 +12,27 @@ use pneumatic_servo_packaging::{experiment, files};
 
 use crate::tables;
 
-/// Rewrite what the variable tables say: XML and experiments below modelDescription, tables of README and docs.
-#[derive(Args)]
-pub struct Describe {}
+/// The help of the command.
+pub const HELP: &str = "\
+Rewrite what the variable tables say: XML and experiments below modelDescription, tables of README and docs.
 
-impl Describe {
-    /// Writes `modelDescription/<Model>.xml` and `fmi3/<Model>.xml` for every model, `experiments.json`, and the tables of README and docs.
-    ///
-    /// # Errors
-    /// When a file cannot be written.
-    pub fn run(&self, workspace: &Workspace) -> Result<()> {
-        for (file, text) in committed()? {
-            write(&workspace.descriptions().join(file), &text)?;
-        }
-        write(&workspace.descriptions().join("experiments.json"), &experiment::stated(models::ALL)?)?;
-        for page in tables::pages() {
-            let file = workspace.root.join(page);
-            let text = files::text(&file)?;
-            write(&file, &tables::renewed(page, &text)?)?;
-        }
-        Ok(())
+Usage: cargo xtask describe";
+
+/// Writes `modelDescription/<Model>.xml` and `fmi3/<Model>.xml` for every model, `experiments.json`, and the tables of README and docs.
+///
+/// # Errors
+/// When a file cannot be written.
+pub fn run(workspace: &Workspace) -> Result<()> {
+    for (file, text) in committed()? {
+        write(&workspace.descriptions().join(file), &text)?;
     }
+    write(&workspace.descriptions().join("experiments.json"), &experiment::stated(models::ALL)?)?;
+    for page in tables::pages() {
+        let file = workspace.root.join(page);
+        let text = files::text(&file)?;
+        write(&file, &tables::renewed(page, &text)?)?;
+    }
+    Ok(())
 }
 
 fn write(file: &Path, text: &str) -> Result<()> {
@@ -83,8 +82,9 @@ mod tests {
         }
         let parts = pneumatic_servo_packaging::product::Product::of_the_project(&root);
         let [home, target, environments] = [root.clone(), root.join("target"), root.join("environments")];
-        let workspace = Workspace { root: root.clone(), home, target, environments, product: parts };
-        Describe {}.run(&workspace)?;
+        let workspace =
+            Workspace { root: root.clone(), home, target, environments, product: parts, settings: Vec::new() };
+        run(&workspace)?;
         for name in ["PneumaticServoCylinder.xml", "fmi3/FrictionBench.xml", "experiments.json"] {
             let written = files::text(root.join("modelDescription").join(name))?;
             assert!(written == files::text(repository.join("modelDescription").join(name))?, "{name}");

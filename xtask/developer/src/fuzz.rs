@@ -6,12 +6,14 @@ use std::process::Command;
 
 use anyhow::{Context, Result, ensure};
 use cargo_metadata::MetadataCommand;
-use clap::Args;
+use lexopt::Arg::{Long, Short, Value};
+use lexopt::{Parser, ValueExt};
 use pneumatic_servo_packaging::files;
 use pneumatic_servo_packaging::process::{self, heading};
 use pneumatic_servo_packaging::venv::{Requirements, Venv};
 use pneumatic_servo_packaging::workspace::Workspace;
 
+use crate::Work;
 use crate::wheel;
 
 /// The readers of files of the Python package; what else is fuzzed is a program of the crate `fuzz`.
@@ -23,27 +25,52 @@ const KEPT: usize = 40;
 /// Time in s that an input may take, on a busy machine.
 const SLOWEST: &str = "-timeout=60";
 
-/// Look for calls, saved states and files that reach new places of the source, and check what they do.
-///
-/// Calls are compared with a reference, as those of the tests are that draw them at random. What is found is gathered in
-/// fuzz/corpus, and an input that fails in fuzz/artifacts; `--keep` takes some of what is gathered into the sources, where the
-/// tests run them.
-#[derive(Args)]
-#[command(after_help = "\
+/// The help of the command.
+pub const HELP: &str = "\
+Look for calls, saved states and files that reach new places of the source, and check what they do.
+
+Usage: cargo xtask fuzz [TARGETS] [--minutes NUMBER] [--keep]
+
+  TARGETS             programs of the crate `fuzz`, or `readers`; everything, if none is named
+  --minutes NUMBER    for how long each; otherwise 10
+  --keep              fuzz nothing: keep inputs in the sources
+
+Calls are compared with a reference, as those of the tests are that draw them at random. What is found is gathered in
+fuzz/corpus, and an input that fails in fuzz/artifacts; `--keep` takes some of what is gathered into the sources, where the
+tests run them.
+
 Examples:
   cargo xtask fuzz                                      ten minutes each
   cargo xtask fuzz --minutes 1 forged_states readers    some, for a minute each
   cargo xtask fuzz --keep co_simulation                 take some of what was found into the sources
-It needs Linux, a nightly compiler and a tool: cargo install --locked cargo-fuzz")]
-pub struct Fuzz {
-    /// What is fuzzed: programs of the crate `fuzz`, or `readers`; everything, if none is named.
+It needs Linux, a nightly compiler and a tool: cargo install --locked cargo-fuzz";
+
+/// What is asked for.
+struct Fuzz {
     targets: Vec<String>,
-    /// For how long each, in minutes.
-    #[arg(long, default_value_t = 10)]
     minutes: u64,
-    /// Fuzz nothing: keep inputs in the sources.
-    #[arg(long)]
     keep: bool,
+}
+
+/// Reads the options.
+///
+/// # Errors
+/// When one is unknown or is no number.
+pub fn read(mut line: Parser) -> Result<Option<Work>> {
+    let mut fuzz = Fuzz { targets: Vec::new(), minutes: 10, keep: false };
+    while let Some(argument) = line.next()? {
+        match argument {
+            Short('h') | Long("help") => return Ok(None),
+            Long("minutes") => {
+                let text = line.value()?.string()?;
+                fuzz.minutes = text.parse().with_context(|| format!("--minutes {text}: it must be a number"))?;
+            }
+            Long("keep") => fuzz.keep = true,
+            Value(target) => fuzz.targets.push(target.string()?),
+            other => return Err(other.unexpected().into()),
+        }
+    }
+    Ok(Some(Box::new(move |workspace| fuzz.run(workspace))))
 }
 
 impl Fuzz {
@@ -109,7 +136,7 @@ fn targets(folder: &Path) -> Result<Vec<String>> {
 fn program(workspace: &Workspace, folder: &Path, target: &str) -> Result<Command> {
     if target == READERS {
         let venv = Venv::prepare(workspace, Requirements::FUZZ)?;
-        wheel::install(&venv, &wheel::build(workspace)?)?;
+        wheel::install(&venv, &wheel::build(workspace, None)?)?;
         let mut python = venv.command();
         python.arg(folder.join("readers.py"));
         return Ok(python);

@@ -5,7 +5,6 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use anyhow::{Context, Result};
-use clap::Args;
 use pneumatic_servo_packaging::build::wasm;
 use pneumatic_servo_packaging::licences;
 use pneumatic_servo_packaging::process::{self, heading};
@@ -13,19 +12,19 @@ use pneumatic_servo_packaging::tools::{self, Tool};
 use pneumatic_servo_packaging::venv::Venv;
 use pneumatic_servo_packaging::workspace::Workspace;
 
-/// Build the page in which the plant runs: target/playground/index.html.
-#[derive(Args)]
-pub struct Playground {}
+/// The help of the command.
+pub const HELP: &str = "\
+Build the page in which the plant runs: target/playground/index.html.
 
-impl Playground {
-    /// Builds the page.
-    ///
-    /// # Errors
-    /// When a tool is missing or fails.
-    pub fn run(&self, workspace: &Workspace) -> Result<()> {
-        println!("{}", page(workspace)?.display());
-        Ok(())
-    }
+Usage: cargo xtask playground";
+
+/// Builds the page.
+///
+/// # Errors
+/// When a tool is missing or fails.
+pub fn run(workspace: &Workspace) -> Result<()> {
+    println!("{}", page(workspace)?.display());
+    Ok(())
 }
 
 /// Builds the page and says where it is.
@@ -50,23 +49,19 @@ pub fn page_if_possible(workspace: &Workspace) -> Result<Option<PathBuf>> {
     build(workspace).map(Some)
 }
 
-/// Builds the page and uses it in Chromium as a visitor does, its Python programs in an environment that has the package;
-/// where a tool is missing, that is an error under CI and otherwise said.
+/// Uses the page in Chromium as a visitor does, its Python programs in an environment that has the package; where a tool is missing,
+/// that is an error under CI and otherwise said.
 ///
 /// # Errors
 /// When a tool is missing under CI, or a test fails.
-pub fn check(workspace: &Workspace, venv: &Venv) -> Result<()> {
-    let mut missing = needed()?;
-    missing.extend(Tool::unless_found("chromium", "chromium"));
-    if let Err(problem) = tools::require([("the playground", missing)]) {
-        return process::leave_out("Playground", &problem.to_string());
+pub fn check(workspace: &Workspace, venv: &Venv, page: &Path) -> Result<()> {
+    heading("Playground: types of its sources");
+    process::run(npm().args(["run", "--silent", "check"]).current_dir(sources(workspace)))?;
+    if let Err(problem) =
+        tools::require([("the playground", Tool::unless_found("chromium", "chromium").into_iter().collect())])
+    {
+        return process::leave_out("Playground in a browser", &problem.to_string());
     }
-    heading("Playground: build the page");
-    let sources = sources(workspace);
-    install(&sources)?;
-    process::run(npm().args(["run", "--silent", "check"]).current_dir(&sources))?;
-    let page = build(workspace)?;
-
     heading("Playground: use the page in Chromium");
     process::run(&mut replay(workspace))?;
     let tests = workspace.root.join("tests/playground");
@@ -109,11 +104,12 @@ pub fn npm() -> Command {
     Command::new(if cfg!(windows) { "npm.cmd" } else { "npm" })
 }
 
-/// What builds the program that repeats runs of the page with the library; its bits are the same without optimization.
+/// What builds the program that repeats runs of the page with the library; its bits are the same without optimization. The features of
+/// all that is compiled are those of the unit tests, for the packages are.
 fn replay(workspace: &Workspace) -> Command {
     let mut cargo = process::cargo();
-    cargo.args(["build", "--profile", "quick", "--package", wasm::PACKAGE, "--example", "replay"]);
-    cargo.args(crate::FEATURES).current_dir(&workspace.root).env("CARGO_TARGET_DIR", &workspace.target);
+    cargo.args(["build", "--profile", "quick", "--example", "replay", "--no-default-features"]).args(crate::FEATURES);
+    cargo.args(crate::test::packages()).current_dir(&workspace.root).env("CARGO_TARGET_DIR", &workspace.target);
     cargo
 }
 

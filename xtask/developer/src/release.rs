@@ -4,7 +4,8 @@ use std::fmt::Write;
 use std::path::Path;
 
 use anyhow::{Context, Result, ensure};
-use clap::Args;
+use lexopt::Arg::{Long, Short};
+use lexopt::{Parser, ValueExt};
 use pneumatic_servo_packaging::description::Version;
 use pneumatic_servo_packaging::files;
 use pneumatic_servo_packaging::package::{self, Package};
@@ -14,47 +15,61 @@ use pneumatic_servo_packaging::ssp;
 use pneumatic_servo_packaging::workspace::Workspace;
 use sha2::{Digest, Sha256};
 
+use crate::Work;
 use crate::playground;
 
-/// Build FMUs for all platforms and put what is published into target/release-files.
-///
-/// FMUs with sources in C, SSP, the page in which the plant runs, their checksums and a short README. Libraries that were built elsewhere are handed in; the others are
-/// built here.
-#[derive(Args)]
-#[command(after_help = "\
+/// The help of the command.
+pub const HELP: &str = "\
+Build FMUs for all platforms and put what is published into target/release-files.
+
+Usage: cargo xtask release [--binary PLATFORM=PATH]...
+
+  --binary PLATFORM=PATH    a library that was built elsewhere from the same source; the others are built here
+
+FMUs with sources in C, SSP, the page in which the plant runs, their checksums and a short README.
+
 Examples:
   cargo xtask release                                   build everything here (docs/platforms.md says what that needs)
   cargo xtask release --binary win64=plant.dll --binary darwin64=plant.dylib   libraries from native machines
 
 Afterwards:
-  cd target/release-files && sha256sum --check SHA256SUMS")]
-pub struct Release {
-    /// A library that was built elsewhere from the same source.
-    #[arg(long = "binary", value_name = "PLATFORM=PATH")]
-    binaries: Vec<Binary>,
+  cd target/release-files && sha256sum --check SHA256SUMS";
+
+/// Reads the options.
+///
+/// # Errors
+/// When one is unknown or names no platform.
+pub fn read(mut line: Parser) -> Result<Option<Work>> {
+    let mut binaries: Vec<Binary> = Vec::new();
+    while let Some(argument) = line.next()? {
+        match argument {
+            Short('h') | Long("help") => return Ok(None),
+            Long("binary") => {
+                let text = line.value()?.string()?;
+                binaries.push(text.parse().with_context(|| format!("--binary {text}"))?);
+            }
+            other => return Err(other.unexpected().into()),
+        }
+    }
+    Ok(Some(Box::new(move |workspace| run(workspace, &binaries))))
 }
 
-impl Release {
-    /// Packages for all platforms and collects the files.
-    ///
-    /// # Errors
-    /// When `package` fails or a file cannot be written.
-    pub fn run(&self, workspace: &Workspace) -> Result<()> {
-        agree(&workspace.root)?;
-        let page = playground::page(workspace)?;
-        Package::for_everybody(&self.binaries).run(workspace)?;
-        heading("Collect the files");
-        let mut contents = Vec::new();
-        for file in package::fmus(workspace).chain([workspace.fmus().join(format!("{}.ssp", ssp::NAME))]) {
-            contents.push((name(&file)?, files::read(&file)?));
-        }
-        for file in package::fmus_of(workspace, Version::Fmi3) {
-            contents.push((format!("FMI3-{}", name(&file)?), files::read(&file)?));
-        }
-        contents.push(("playground.html".to_owned(), files::read(&page)?));
-        contents.push(("README.txt".to_owned(), readme(&revision(&workspace.root)).into_bytes()));
-        publish(&workspace.target.join("release-files"), contents)
+/// Packages for all platforms and collects the files.
+fn run(workspace: &Workspace, binaries: &[Binary]) -> Result<()> {
+    agree(&workspace.root)?;
+    let page = playground::page(workspace)?;
+    Package::for_everybody(binaries).run(workspace)?;
+    heading("Collect the files");
+    let mut contents = Vec::new();
+    for file in package::fmus(workspace).chain([workspace.fmus().join(format!("{}.ssp", ssp::NAME))]) {
+        contents.push((name(&file)?, files::read(&file)?));
     }
+    for file in package::fmus_of(workspace, Version::Fmi3) {
+        contents.push((format!("FMI3-{}", name(&file)?), files::read(&file)?));
+    }
+    contents.push(("playground.html".to_owned(), files::read(&page)?));
+    contents.push(("README.txt".to_owned(), readme(&revision(&workspace.root)).into_bytes()));
+    publish(&workspace.target.join("release-files"), contents)
 }
 
 /// Demands the version of the crates where people state it.

@@ -4,48 +4,61 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, ensure};
-use clap::Args;
+use lexopt::Arg::{Long, Short};
+use lexopt::Parser;
 use pneumatic_servo_packaging::package;
 use pneumatic_servo_packaging::process::{self, heading};
 use pneumatic_servo_packaging::tools::{self, Tool};
 use pneumatic_servo_packaging::venv::{Requirements, Venv};
 use pneumatic_servo_packaging::workspace::Workspace;
 
+use crate::Work;
 use crate::playground;
 use crate::wheel;
 
-/// Build the site into target/site and check its links; needs `package`.
-///
-/// The landing page with the live plant, starting points, tutorial, all pages of docs, the models, the gallery of the
-/// laws, the references of Python and Rust, and a search, without a server: open target/site/index.html.
-#[derive(Args)]
-#[command(after_help = "\
+/// The help of the command.
+pub const HELP: &str = "\
+Build the site into target/site and check its links; needs `package`.
+
+Usage: cargo xtask site [--keep-gallery]
+
+  --keep-gallery    show the figures of target/gallery as they are, instead of drawing them anew
+
+The landing page with the live plant, starting points, tutorial, all pages of docs, the models, the gallery of the laws, the
+references of Python and Rust, and a search, without a server: open target/site/index.html.
+
 Example:
-  cargo xtask package && cargo xtask site     about eight minutes, five of which are the gallery")]
-pub struct Site {
-    /// Show the figures of target/gallery as they are, instead of drawing them anew.
-    #[arg(long)]
-    keep_gallery: bool,
+  cargo xtask package && cargo xtask site     about eight minutes, five of which are the gallery";
+
+/// Reads the options.
+///
+/// # Errors
+/// When one is unknown.
+pub fn read(mut line: Parser) -> Result<Option<Work>> {
+    let mut keeps_gallery = false;
+    while let Some(argument) = line.next()? {
+        match argument {
+            Short('h') | Long("help") => return Ok(None),
+            Long("keep-gallery") => keeps_gallery = true,
+            other => return Err(other.unexpected().into()),
+        }
+    }
+    Ok(Some(Box::new(move |workspace| run(workspace, keeps_gallery))))
 }
 
-impl Site {
-    /// Draws the gallery, which installs the Python package, and builds the site.
-    ///
-    /// # Errors
-    /// When the FMUs or a tool are missing, or a page is wrong.
-    pub fn run(&self, workspace: &Workspace) -> Result<()> {
-        let page = playground::page(workspace)?;
-        let venv = Venv::prepare(workspace, Requirements::SITE)?;
-        wheel::install(&venv, &wheel::build(workspace)?)?;
-        if !self.keep_gallery {
-            heading("Site: draw the gallery");
-            let mut study = venv.command();
-            study.arg(workspace.root.join("studies/gallery.py")).arg("--output").arg(gallery(workspace));
-            process::run(&mut study)?;
-        }
-        println!("{}", build(workspace, &venv, &page, Some(&gallery(workspace)))?.display());
-        Ok(())
+/// Draws the gallery, which installs the Python package, and builds the site.
+fn run(workspace: &Workspace, keeps_gallery: bool) -> Result<()> {
+    let page = playground::page(workspace)?;
+    let venv = Venv::prepare(workspace, Requirements::SITE)?;
+    wheel::install(&venv, &wheel::build(workspace, Some(&page))?)?;
+    if !keeps_gallery {
+        heading("Site: draw the gallery");
+        let mut study = venv.command();
+        study.arg(workspace.root.join("studies/gallery.py")).arg("--output").arg(gallery(workspace));
+        process::run(&mut study)?;
     }
+    println!("{}", build(workspace, &venv, &page, Some(&gallery(workspace)))?.display());
+    Ok(())
 }
 
 /// Where the figures of all laws are.
@@ -58,15 +71,14 @@ fn gallery(workspace: &Workspace) -> PathBuf {
 ///
 /// # Errors
 /// When a tool is missing under CI, or a page is wrong.
-pub fn check(workspace: &Workspace) -> Result<()> {
-    let mut missing = playground::needed()?;
-    missing.extend(Tool::unless_found("chromium", "chromium"));
+pub fn check(workspace: &Workspace, page: &Path) -> Result<()> {
+    let missing = Tool::unless_found("chromium", "chromium").into_iter().collect();
     if let Err(problem) = tools::require([("the site", missing)]) {
         return process::leave_out("Site", &problem.to_string());
     }
     let venv = Venv::prepare(workspace, Requirements::SITE)?;
     // Drawing takes five minutes; a test of the studies draws some laws.
-    let site = build(workspace, &venv, &workspace.target.join("playground/index.html"), None)?;
+    let site = build(workspace, &venv, page, None)?;
     heading("Site: look at it in Chromium, and elsewhere where there are other browsers");
     let tests = workspace.root.join("tests/site");
     playground::install(&tests)?;

@@ -5,8 +5,9 @@ use std::path::Path;
 use std::process::Command;
 use std::time::Duration;
 
-use anyhow::{Context, Result, bail};
-use clap::Args;
+use anyhow::{Context, Result, bail, ensure};
+use lexopt::Arg::{Long, Short};
+use lexopt::{Parser, ValueExt};
 use pneumatic_servo_packaging::build::wasm;
 use pneumatic_servo_packaging::files;
 use pneumatic_servo_packaging::library::Library;
@@ -16,6 +17,7 @@ use pneumatic_servo_packaging::tools;
 use pneumatic_servo_packaging::venv::{Requirements, Venv};
 use pneumatic_servo_packaging::workspace::{ENVIRONMENTS, Workspace};
 
+use crate::Work;
 use crate::deny;
 use crate::platform_test;
 use crate::playground;
@@ -25,60 +27,79 @@ use crate::sources_test;
 use crate::valgrind;
 use crate::wheel;
 
-/// Run every check: format, lints, unit tests, C-interface tests, real FMI clients and other platforms.
-///
-/// A check whose tool is missing is left out with a message; with the variable CI set that is an error, but for cargo-deny, which no
-/// package manager has. docs/testing.md tells what is tested how.
-#[derive(Args)]
-#[command(after_help = "\
+/// The help of the command.
+pub const HELP: &str = "\
+Run every check: format, lints, unit tests, C-interface tests, real FMI clients and other platforms.
+
+Usage: cargo xtask test [OPTIONS]
+
+  --times            say at the end when each stage began and how long it took, also after a failure
+  --platforms        only build and compare the libraries of all platforms; a missing tool is an error then
+  --sanitizer        only run the C interface under the address sanitizer of the nightly compiler, which valgrind does not
+                     replace in full
+  --sources          only compile the sources in C for all targets, run and compare them; a missing tool is an error then
+  --only NAMES       of the sources in C only those of these models, or for these targets
+  --fuzz MINUTES     only make random calls of the sources in C, of all models or of some, for so many minutes
+
+A check whose tool is missing is left out with a message; with the variable CI set that is an error, but for cargo-deny, which no
+package manager has. docs/testing.md tells what is tested how.
+
 Examples:
   cargo xtask test                 everything that the tools of this machine allow
   CI=1 cargo xtask test            everything, or an error; .ci/run installs what that needs on Debian
-  cargo xtask test --times         and say how long each stage has taken
   cargo xtask test --platforms     build the libraries of all platforms, run and compare them, nothing else
-  cargo xtask test --sanitizer     the C interface under the address sanitizer, nothing else
-  cargo xtask test --sources       compile the sources in C for all targets, run and compare them, nothing else
-  cargo xtask test --sources --only cortex-m7,s390x   of them only those of some models or for some targets
-  cargo xtask test --sources --fuzz 10   random calls of the sources in C for ten minutes; with --only of some models")]
-pub struct Test {
-    /// Say at the end when each stage began and how long it took, also after a failure.
-    #[arg(long)]
-    times: bool,
-    /// Only build and compare the libraries of all platforms; a missing tool is an error then.
-    #[arg(long)]
-    platforms: bool,
-    /// Only run the C interface under the address sanitizer of the nightly compiler, which valgrind does not replace in full.
-    #[arg(long, conflicts_with_all = ["platforms", "sources"])]
-    sanitizer: bool,
-    /// Only compile the sources in C for all targets, run and compare them; a missing tool is an error then.
-    #[arg(long, conflicts_with = "platforms")]
-    sources: bool,
-    /// Of the sources in C only those of these models, or for these targets.
-    #[arg(long, value_name = "NAMES", value_delimiter = ',', requires = "sources")]
-    only: Vec<String>,
-    /// Only make random calls of the sources in C, of all models or of some, for so many minutes.
-    #[arg(long, value_name = "MINUTES", requires = "sources", value_parser = clap::value_parser!(u64).range(1..))]
-    fuzz: Option<u64>,
+  cargo xtask test --sources --only cortex-m7,s390x   the sources in C for two targets
+  cargo xtask test --sources --fuzz 10   random calls of the sources in C for ten minutes; with --only of some models";
+
+/// What is checked.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Part {
+    Platforms,
+    Sanitizer,
+    Sources,
 }
 
-impl Test {
-    /// Runs the checks; the first failure ends it.
-    ///
-    /// # Errors
-    /// When a tool is missing or a check fails.
-    pub fn run(&self, workspace: &Workspace) -> Result<()> {
-        let outcome = match (self.platforms, self.sources, self.fuzz) {
-            _ if self.sanitizer => sanitizer::run(workspace),
-            (true, ..) => platform_test::run(workspace),
-            (_, true, None) => sources_test::run(workspace, &self.only),
-            (_, true, Some(minutes)) => sources_test::fuzz(workspace, Duration::from_secs(60 * minutes), &self.only),
-            _ => run(workspace),
+/// Reads the options.
+///
+/// # Errors
+/// When one is unknown or two do not fit together.
+pub fn read(mut line: Parser) -> Result<Option<Work>> {
+    let (mut times, mut parts, mut only, mut minutes) = (false, Vec::new(), Vec::new(), None);
+    while let Some(argument) = line.next()? {
+        match argument {
+            Short('h') | Long("help") => return Ok(None),
+            Long("times") => times = true,
+            Long("platforms") => parts.push(Part::Platforms),
+            Long("sanitizer") => parts.push(Part::Sanitizer),
+            Long("sources") => parts.push(Part::Sources),
+            Long("only") => only.extend(line.value()?.string()?.split(',').map(str::to_owned)),
+            Long("fuzz") => {
+                let text = line.value()?.string()?;
+                let number = text.parse::<u64>().ok().filter(|number| *number > 0);
+                minutes = Some(number.with_context(|| format!("--fuzz {text}: it must be a number of minutes"))?);
+            }
+            other => return Err(other.unexpected().into()),
+        }
+    }
+    ensure!(parts.len() < 2, "one of --platforms, --sanitizer and --sources at a time");
+    let part = parts.pop();
+    let is_of_sources = part == Some(Part::Sources);
+    ensure!(is_of_sources || only.is_empty() && minutes.is_none(), "--only and --fuzz are options of --sources");
+    Ok(Some(Box::new(move |workspace| {
+        let outcome = match (part, minutes) {
+            (Some(Part::Platforms), _) => platform_test::run(workspace),
+            (Some(Part::Sanitizer), _) => sanitizer::run(workspace),
+            (Some(Part::Sources), None) => sources_test::run(workspace, &only),
+            (Some(Part::Sources), Some(minutes)) => {
+                sources_test::fuzz(workspace, Duration::from_secs(60 * minutes), &only)
+            }
+            (None, _) => run(workspace),
         };
-        if self.times {
+        if times {
             print_times();
         }
         outcome
-    }
+    })))
 }
 
 /// Stages in the order in which they began; two run at a time.
@@ -131,6 +152,13 @@ const UNITS: [&str; 8] = [
     "xtask-developer",
 ];
 
+/// Names of these packages as arguments of Cargo. Who names the same ones has the same features of all that they depend on.
+pub fn packages() -> [&'static str; 16] {
+    let mut arguments = ["--package"; 16];
+    arguments.iter_mut().skip(1).step_by(2).zip(UNITS).for_each(|(place, name)| *place = name);
+    arguments
+}
+
 /// Runs checks in the repository.
 struct Checks<'a> {
     workspace: &'a Workspace,
@@ -146,15 +174,16 @@ impl Checks<'_> {
         heading("Documentation");
         self.documentation()?;
         heading("Unit tests");
-        let packages = UNITS.map(|name| ["--package", name]).concat();
         let quick = ["test", "--profile", "quick", "--lib", "--bins", "--no-default-features"];
-        self.cargo(&[&quick[..], &crate::FEATURES, &packages].concat())?;
+        self.cargo(&[&quick[..], &crate::FEATURES, &packages()].concat())?;
         heading("Library: published numbers, C interface");
         self.cargo(&["test", "--test", "*"])?;
         self.cargo(&["test", "--doc"])?;
         heading("Crates from outside: laws, valves and models of one's own");
-        // Without optimization their tests run as long as they compile, which takes a fraction of the time.
-        self.cargo(&["test", "--profile", "quick", "--manifest-path", "examples/own/Cargo.toml"])?;
+        // Without optimization their tests run as long as they compile, which takes a fraction of the time; with what packs one of them
+        // they have the plant that is compiled for that.
+        let own = ["test", "--profile", "quick", "--manifest-path", "examples/own/Cargo.toml"];
+        self.cargo(&[&own[..], &["--features", "quarter-car/package,own-loop/package"]].concat())?;
         self.begun_crates()?;
         valgrind::check(self.workspace)?;
         sources_test::run_if_possible(self.workspace)?;
@@ -167,11 +196,14 @@ impl Checks<'_> {
         let library = Library::for_tests(self.workspace)?;
         Package::default().finish(self.workspace, &[library])?;
         self.own_model(venv)?;
-        wheel::install(venv, &wheel::build(self.workspace)?)?;
+        let page = playground::page_if_possible(self.workspace)?;
+        wheel::install(venv, &wheel::build(self.workspace, page.as_deref())?)?;
         heading("Python: types of the package");
         self.python(venv, &["mypy", "--config-file", "python/pyproject.toml"])?;
-        playground::check(self.workspace, venv)?;
-        site::check(self.workspace)?;
+        if let Some(page) = page {
+            playground::check(self.workspace, venv, &page)?;
+            site::check(self.workspace, &page)?;
+        }
         heading("Import with the crate fmi");
         // With the features that the crate fmi asks of others, the plant would be optimized once more for its tables alone.
         self.cargo(&["test", "--profile", "quick", "--package", "importer", "--features", "fmi"])?;
@@ -239,7 +271,9 @@ impl Checks<'_> {
             &manifest,
             files::text(&manifest)? + "\n[profile.quick]\ninherits = \"dev\"\ndebug = false\nincremental = false\n",
         )?;
-        for arguments in [&["check", "--workspace", "--all-targets"][..], &["test", "--package", "own-begun-model"]] {
+        // With the features that the plant has elsewhere.
+        let check = ["check", "--workspace", "--all-targets", "--all-features"];
+        for arguments in [&check[..], &["test", "--package", "own-begun-model", "--features", "package"]] {
             let mut cargo = process::cargo();
             cargo.args(arguments).args(["--profile", "quick"]);
             cargo.arg("--target-dir").arg(&self.workspace.target).current_dir(&folder);

@@ -6,7 +6,6 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use anyhow::{Context, Result, bail, ensure};
-use clap::Args;
 use pneumatic_servo_packaging::files;
 use pneumatic_servo_packaging::library::Library;
 use pneumatic_servo_packaging::process::{self, heading};
@@ -118,29 +117,30 @@ fn check_instructions(workspace: &Workspace) -> Result<()> {
     Ok(())
 }
 
-/// Record what the checks compare with: every bit of many runs, the counts of solver steps in the docs, and the instruction
-/// counts of a communication step, which need valgrind.
-#[derive(Args)]
-pub struct Record {}
+/// The help of `record`.
+pub const HELP: &str = "\
+Record what the checks compare with: bits of runs, counts of solver steps in the docs, instructions of a step.
 
-impl Record {
-    /// Runs and counts, and writes the records.
-    ///
-    /// # Errors
-    /// When a run fails, valgrind is missing or a record cannot be written.
-    pub fn run(&self, workspace: &Workspace) -> Result<()> {
-        heading("Bits of many runs, counts in the docs");
-        let mut cargo = process::cargo();
-        cargo.args(["test", "--test", "recorded_runs", "--test", "documented"]).env("SERVO_RECORD", "1");
-        process::run(cargo.current_dir(&workspace.root).env("CARGO_TARGET_DIR", &workspace.target))?;
-        heading("Instructions of a communication step");
-        ensure!(is_available(), "valgrind is missing (on Debian or Ubuntu: apt install valgrind)");
-        let text = serde_json::to_string_pretty(&count(workspace)?)?;
-        let file = workspace.root.join(RECORD);
-        files::write(&file, format!("{text}\n"))?;
-        println!("{}", file.display());
-        Ok(())
-    }
+Usage: cargo xtask record
+
+The instruction counts of a communication step need valgrind.";
+
+/// Runs and counts, and writes the records.
+///
+/// # Errors
+/// When a run fails, valgrind is missing or a record cannot be written.
+pub fn record(workspace: &Workspace) -> Result<()> {
+    heading("Bits of many runs, counts in the docs");
+    let mut cargo = process::cargo();
+    cargo.args(["test", "--test", "recorded_runs", "--test", "documented"]).env("SERVO_RECORD", "1");
+    process::run(cargo.current_dir(&workspace.root).env("CARGO_TARGET_DIR", &workspace.target))?;
+    heading("Instructions of a communication step");
+    ensure!(is_available(), "valgrind is missing (on Debian or Ubuntu: apt install valgrind)");
+    let text = serde_json::to_string_pretty(&count(workspace)?)?;
+    let file = workspace.root.join(RECORD);
+    files::write(&file, format!("{text}\n"))?;
+    println!("{}", file.display());
+    Ok(())
 }
 
 fn count(workspace: &Workspace) -> Result<Counts> {

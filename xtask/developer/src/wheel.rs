@@ -6,7 +6,6 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use anyhow::{Context, Result, bail};
-use clap::Args;
 use pneumatic_servo_packaging::files;
 use pneumatic_servo_packaging::gates;
 use pneumatic_servo_packaging::platform::Platform;
@@ -16,36 +15,36 @@ use pneumatic_servo_packaging::workspace::Workspace;
 
 use crate::playground;
 
-/// Build the Python package with the FMUs of target/fmu inside, as a wheel in target/wheels.
-///
-/// The playground is inside too, where this machine can build it; otherwise the missing tools are named.
-#[derive(Args)]
-#[command(after_help = "\
+/// The help of the command.
+pub const HELP: &str = "\
+Build the Python package with the FMUs of target/fmu inside, as a wheel in target/wheels.
+
+Usage: cargo xtask wheel
+
+The playground is inside too, where this machine can build it; otherwise the missing tools are named.
+
 Examples:
   cargo xtask package && cargo xtask wheel
-  pip install target/wheels/*.whl          into an environment of yours")]
-pub struct Wheel {}
+  pip install target/wheels/*.whl          into an environment of yours";
 
-impl Wheel {
-    /// Builds the wheel.
-    ///
-    /// # Errors
-    /// As [`build`].
-    pub fn run(&self, workspace: &Workspace) -> Result<()> {
-        build(workspace).map(|_| ())
-    }
+/// Builds the page, where that is possible, and the wheel.
+///
+/// # Errors
+/// When there are no FMUs yet, or a tool fails.
+pub fn run(workspace: &Workspace) -> Result<()> {
+    let page = playground::page_if_possible(workspace)?;
+    build(workspace, page.as_deref()).map(|_| ())
 }
 
-/// Builds the wheel. On Linux it runs wherever the FMUs do; elsewhere on machines like this one.
+/// Builds the wheel, with the page where there is one. On Linux it runs wherever the FMUs do; elsewhere on machines like this one.
 ///
 /// # Errors
 /// When there are no FMUs yet, or a tool is missing or fails.
-pub fn build(workspace: &Workspace) -> Result<PathBuf> {
+pub fn build(workspace: &Workspace, page: Option<&Path>) -> Result<PathBuf> {
     let package = workspace.root.join("python");
-    let page = playground::page_if_possible(workspace)?;
     heading("Build the wheel");
     bundle(&workspace.fmus(), &package.join("pneumatic_servo/fmu_files"))?;
-    bundle_page(page.as_deref(), &package.join("pneumatic_servo/playground_files"))?;
+    bundle_page(page, &package.join("pneumatic_servo/playground_files"))?;
     let wheels = workspace.target.join("wheels");
     if wheels.exists() {
         fs::remove_dir_all(&wheels).with_context(|| format!("cannot remove the old {}", wheels.display()))?;

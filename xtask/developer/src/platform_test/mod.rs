@@ -8,7 +8,7 @@ mod results;
 use anyhow::{Context, Result, ensure};
 use pneumatic_servo_packaging::build::{self, aarch64};
 use pneumatic_servo_packaging::gates::{self, Reach};
-use pneumatic_servo_packaging::library::{self, Library};
+use pneumatic_servo_packaging::library::Library;
 use pneumatic_servo_packaging::package;
 use pneumatic_servo_packaging::platform::Platform;
 use pneumatic_servo_packaging::process::{self, heading};
@@ -27,13 +27,15 @@ pub use self::results::same;
 pub fn run(workspace: &Workspace) -> Result<()> {
     tools::require(missing(&Platform::ALL)?)?;
     let (mut libraries, (again, macos)) = process::both(
-        || compared(workspace),
+        || compared(workspace, [&workspace.inside("platform-test"), workspace]),
         || {
             let again = Reproduction::build(workspace).context("linux64 in another place")?;
-            Ok((again, libraries(workspace, [Platform::Darwin64])?))
+            heading("Build the shared library for darwin64");
+            Ok((again, Library::for_everybody(workspace, Platform::Darwin64)?))
         },
     )?;
-    libraries.extend(macos);
+    libraries.push(macos);
+    libraries.iter().try_for_each(|library| library.keep(workspace).map(|_| ()))?;
     heading("Refuse damaged libraries");
     libraries.iter().try_for_each(refuse_damaged)?;
     heading("Join the FMUs for all platforms");
@@ -42,14 +44,17 @@ pub fn run(workspace: &Workspace) -> Result<()> {
     again.compare(workspace, &libraries)
 }
 
-/// Builds, runs and compares the libraries of the platforms that can be run here, or says what that would need.
+/// Builds, runs and compares the libraries of the platforms that can be run here, or says what that would need. Those of other
+/// platforms are compiled in half of the time, with less optimization; their bits are the same.
 ///
 /// # Errors
 /// When a test fails, or under CI when a tool is missing.
 pub fn run_if_possible(workspace: &Workspace) -> Result<()> {
     match tools::require(missing(&[Platform::Linux64, Platform::Win64])?) {
         Ok(()) => {
-            let libraries = compared(workspace)?;
+            let settings = ["opt-level=1", "lto='off'", "codegen-units=16"].map(|it| format!("profile.release.{it}"));
+            let others = Workspace { settings: settings.into(), ..workspace.inside("platform-test") };
+            let libraries = compared(workspace, [&others; 2])?;
             heading("Refuse damaged libraries");
             libraries.iter().try_for_each(refuse_damaged)
         }
@@ -68,30 +73,23 @@ fn missing(platforms: &[Platform]) -> Result<Vec<(&'static str, Vec<Tool>)>> {
     Ok(missing)
 }
 
-/// Builds the libraries for Linux, for Linux on Arm and for Windows, runs and compares them; returns those that FMUs hold. Two
-/// things at a time: one build alone leaves half of two processors idle, because large crates are one unit of work, and so
-/// does an emulator.
-fn compared(workspace: &Workspace) -> Result<Vec<Library>> {
+/// Builds the libraries for Linux, for Linux on Arm and for Windows, the last two in places of their own, runs and compares them;
+/// returns those that FMUs hold. Two things at a time: one build alone leaves half of two processors idle, because large crates
+/// are one unit of work, and so does an emulator.
+fn compared(workspace: &Workspace, [on_arm, on_windows]: [&Workspace; 2]) -> Result<Vec<Library>> {
     let experiments = experiment::all();
-    let (arm, mut built) = process::both(
-        || aarch64::build(&workspace.inside("platform-test")).context("Linux on Arm"),
-        || libraries(workspace, [Platform::Linux64]),
-    )?;
+    let (arm, linux) =
+        process::both(|| aarch64::build(on_arm).context("Linux on Arm"), || Library::for_tests(workspace))?;
     let (reference, windows) = process::both(
-        || compare_processors(workspace, &built[0].bytes, &arm, &experiments),
-        || libraries(workspace, [Platform::Win64]),
+        || compare_processors(workspace, &linux.bytes, &arm, &experiments),
+        || {
+            heading("Build the shared library for win64");
+            Library::for_everybody(on_windows, Platform::Win64)
+        },
     )?;
-    let results = Machine::Windows.run(workspace, &windows[0].bytes, &experiments)?;
+    let results = Machine::Windows.run(workspace, &windows.bytes, &experiments)?;
     results::same(Machine::Windows.name(), &reference, &results)?;
-    built.extend(windows);
-    Ok(built)
-}
-
-/// Builds the libraries of platforms, in their order, and keeps them.
-fn libraries<const N: usize>(workspace: &Workspace, platforms: [Platform; N]) -> Result<Vec<Library>> {
-    let libraries = library::build(workspace, &platforms.into())?;
-    libraries.iter().try_for_each(|library| library.keep(workspace).map(|_| ()))?;
-    Ok(libraries)
+    Ok(vec![linux, windows])
 }
 
 /// Runs everything here and on the other processor, and returns the results.

@@ -30,7 +30,8 @@ impl Written {
     /// When a tool fails or a file cannot be written.
     pub fn of(workspace: &Workspace, model: &'static Model) -> Result<Self> {
         let folder = workspace.target.join("sources-test").join(model.name);
-        let module = sources::module(workspace, model, Size::Small)?;
+        // In a folder of its own it does not wait for other libraries.
+        let module = sources::module(&workspace.inside("sources-test"), model, Size::Small)?;
         let sources = sources::of(workspace, model, &Version::ALL, &module)?;
         if folder.exists() {
             std::fs::remove_dir_all(&folder).with_context(|| format!("cannot remove the old {}", folder.display()))?;
