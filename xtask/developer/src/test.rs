@@ -180,10 +180,10 @@ impl Checks<'_> {
         self.cargo(&["test", "--test", "*"])?;
         self.cargo(&["test", "--doc"])?;
         heading("Crates from outside: laws, valves and models of one's own");
-        // Without optimization their tests run as long as they compile, which takes a fraction of the time; with what packs one of them
-        // they have the plant that is compiled for that.
+        // Without optimization their tests run as long as they compile, which takes a fraction of the time. With the feature that packs
+        // one of them the plant is compiled already.
         let own = ["test", "--profile", "quick", "--manifest-path", "examples/own/Cargo.toml"];
-        self.cargo(&[&own[..], &["--features", "quarter-car/package,own-loop/package"]].concat())?;
+        self.cargo(&[&own[..], &["--features", "quarter-car/package"]].concat())?;
         self.begun_crates()?;
         valgrind::check(self.workspace)?;
         sources_test::run_if_possible(self.workspace)?;
@@ -271,9 +271,9 @@ impl Checks<'_> {
             &manifest,
             files::text(&manifest)? + "\n[profile.quick]\ninherits = \"dev\"\ndebug = false\nincremental = false\n",
         )?;
-        // With the features that the plant has elsewhere.
+        // Also the programs that pack them.
         let check = ["check", "--workspace", "--all-targets", "--all-features"];
-        for arguments in [&check[..], &["test", "--package", "own-begun-model", "--features", "package"]] {
+        for arguments in [&check[..], &["test", "--package", "own-begun-model"]] {
             let mut cargo = process::cargo();
             cargo.args(arguments).args(["--profile", "quick"]);
             cargo.arg("--target-dir").arg(&self.workspace.target).current_dir(&folder);
