@@ -261,7 +261,7 @@ pub struct Observation<S> {
 }
 
 impl<S: Scalar> Observation<S> {
-    /// Writes the states and their rates in the order of [`states::table`], and returns the rest of the slots.
+    /// Writes the states and their rates in the order of `states::table`, and returns the rest of the slots.
     pub fn write<'s>(&self, slots: &'s mut [S]) -> &'s mut [S] {
         states::write(self.kind, [self.states, self.rates], slots)
     }

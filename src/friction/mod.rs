@@ -13,7 +13,7 @@
 //! | `event` | what can end a mode of a contact |
 //! | `registry` | one line for each law |
 //! | [`laws`] | the laws, one file each |
-//! | [`states`] | the states of a contact as variables |
+//! | `states` | the states of a contact as variables |
 //! | [`parts`] | what several laws are made of, and the simpler kinds of law: of velocity, set-valued, of one bristle |
 
 pub mod catalogue;
@@ -24,7 +24,7 @@ pub mod law;
 pub mod laws;
 pub mod parts;
 mod registry;
-pub mod states;
+pub(crate) mod states;
 
 pub use contact::{FrictionContact, Observation};
 pub use event::{Event, Indicators};

@@ -14,6 +14,7 @@ mod dual;
 mod monotone;
 mod number;
 mod pair;
+#[doc(hidden)]
 pub mod random;
 mod scalar;
 mod tangent;

@@ -5,7 +5,7 @@
 //! | [`System`] | a model: its tables, how it starts, how it changes, what it shows, what makes its runs faster |
 //! | [`Event`], [`Indicator`], [`Sample`] | what can end a mode or sample a part: names, indicators, times |
 //! | [`Couplings`], [`LongestSteps`], [`Led`] | what makes runs faster: zeros of the Jacobian, stable steps, closed forms |
-//! | [`Tables`], [`table`], [`shared_table`] | the variables of a model, and its table |
+//! | [`Tables`] | the variables of a model |
 
 mod closed_form;
 mod couplings;
@@ -35,13 +35,14 @@ pub(crate) use self::event::assert_sound;
 pub use self::held::Held;
 pub use self::hints::Hints;
 pub use self::indicators::{Indicator, UNUSED};
-pub use self::jacobian::{jacobian_by_couplings, jacobian_by_duals};
+pub(crate) use self::jacobian::{jacobian_by_couplings, jacobian_by_duals};
 pub use self::limits::Limits;
 pub use self::longest_steps::LongestSteps;
 pub use self::place::Place;
 pub use self::sample::Sample;
 pub use self::solving::{Counters, DEFAULT_TOLERANCE, Scheme, Tuning};
-pub use self::tables::{Tables, references, shared_table, state_name, table};
+pub use self::tables::Tables;
+pub(crate) use self::tables::{references, shared_table, state_name, table};
 use crate::numbers::{Real, Scalar, Varying};
 use crate::variables::{Notices, ParameterError, StateSet, Values};
 
@@ -52,7 +53,7 @@ pub const QUANTITIES: usize = 2;
 pub const MAX_KINKS: usize = 4;
 
 /// All indicators of a model as a solver outside sees them: those of its events, then those of its kinks.
-pub fn indicators<E: System<U>, const U: usize>() -> Vec<Indicator> {
+pub(crate) fn indicators<E: System<U>, const U: usize>() -> Vec<Indicator> {
     [E::indicator_list(), E::kink_list()].concat()
 }
 
