@@ -97,13 +97,17 @@ fn all_laws() -> Range<i32> {
     1..LAWS.items.len() as i32 + 1
 }
 
-/// The sources of the cylinder on this machine; where a tool is missing, that is an error under CI and otherwise said.
+/// The core tests of the translator, and the sources of the cylinder on this machine; where a tool is missing, that is an error under
+/// CI and otherwise said.
 ///
 /// # Errors
 /// When a tool is missing under CI, a step fails or a bit differs.
 pub fn run_if_possible(workspace: &Workspace) -> Result<()> {
     match tools::require(missing(&[Target::Linux])?) {
-        Ok(()) => on_this_machine(workspace, &MODEL, &Library::for_tests(workspace)?.bytes).map(|_| ()),
+        Ok(()) => {
+            translator(workspace)?;
+            on_this_machine(workspace, &MODEL, &Library::for_tests(workspace)?.bytes).map(|_| ())
+        }
         Err(problem) => process::leave_out("Sources in C", &format!("{problem:#}")),
     }
 }
