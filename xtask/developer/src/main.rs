@@ -5,6 +5,7 @@ mod describe;
 mod fuzz;
 mod platform_test;
 mod playground;
+mod quick;
 mod release;
 mod sanitizer;
 mod site;
@@ -22,9 +23,6 @@ use lexopt::Arg::{Long, Short};
 use lexopt::Parser;
 use pneumatic_servo_packaging::workspace::Workspace;
 use pneumatic_servo_packaging::{commands, lock};
-
-/// The features of the plant that `cargo xtask` is compiled with: what has the same finds it compiled in `target/quick`.
-const FEATURES: [&str; 2] = ["--features", "pneumatic-servo/all-models,pneumatic-servo/sensitivities"];
 
 /// What a command does in the repository.
 type Work = Box<dyn FnOnce(&Workspace) -> Result<()>>;

@@ -12,6 +12,8 @@ use pneumatic_servo_packaging::tools::{self, Tool};
 use pneumatic_servo_packaging::venv::Venv;
 use pneumatic_servo_packaging::workspace::Workspace;
 
+use crate::quick;
+
 /// The help of the command.
 pub const HELP: &str = "\
 Build the page in which the plant runs: target/playground/index.html.
@@ -108,8 +110,8 @@ pub fn npm() -> Command {
 /// all that is compiled are those of the unit tests, for the packages are.
 fn replay(workspace: &Workspace) -> Command {
     let mut cargo = process::cargo();
-    cargo.args(["build", "--profile", "quick", "--example", "replay", "--no-default-features"]).args(crate::FEATURES);
-    cargo.args(crate::test::packages()).current_dir(&workspace.root).env("CARGO_TARGET_DIR", &workspace.target);
+    cargo.args(["build", "--profile", "quick", "--example", "replay", "--no-default-features"]).args(quick::FEATURES);
+    cargo.args(quick::packages()).current_dir(&workspace.root).env("CARGO_TARGET_DIR", &workspace.target);
     cargo
 }
 

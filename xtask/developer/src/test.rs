@@ -21,6 +21,7 @@ use crate::Work;
 use crate::deny;
 use crate::platform_test;
 use crate::playground;
+use crate::quick;
 use crate::sanitizer;
 use crate::site;
 use crate::sources_test;
@@ -140,25 +141,6 @@ const FEATURES: [&str; 2] = ["--features", "importer/fmi,benchmark/calls"];
 const PROGRAMS: [&str; 7] =
     ["examples", "pages", "studies", "system_studies", "package_cli", "package_cli_options", "package_executors"];
 
-/// Packages whose unit tests are quick: without optimization they are compiled in a sixth of the time.
-const UNITS: [&str; 8] = [
-    "pneumatic-servo",
-    "pneumatic-servo-fmu",
-    "pneumatic-servo-packaging",
-    "pneumatic-servo-playground",
-    "pneumatic-servo-ssp",
-    "wasm-as-c",
-    "xtask",
-    "xtask-developer",
-];
-
-/// Names of these packages as arguments of Cargo. Who names the same ones has the same features of all that they depend on.
-pub fn packages() -> [&'static str; 16] {
-    let mut arguments = ["--package"; 16];
-    arguments.iter_mut().skip(1).step_by(2).zip(UNITS).for_each(|(place, name)| *place = name);
-    arguments
-}
-
 /// Runs checks in the repository.
 struct Checks<'a> {
     workspace: &'a Workspace,
@@ -175,7 +157,7 @@ impl Checks<'_> {
         self.documentation()?;
         heading("Unit tests");
         let quick = ["test", "--profile", "quick", "--lib", "--bins", "--no-default-features"];
-        self.cargo(&[&quick[..], &crate::FEATURES, &packages()].concat())?;
+        self.cargo(&[&quick[..], &quick::FEATURES, &quick::packages()].concat())?;
         heading("Library: published numbers, C interface");
         self.cargo(&["test", "--test", "*"])?;
         self.cargo(&["test", "--doc"])?;
