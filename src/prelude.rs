@@ -16,7 +16,7 @@
 pub use crate::friction::parts::of_velocity::{OfVelocity, VelocityLaw};
 pub use crate::friction::parts::one_bristle::{BristleLaw, OneBristle};
 pub use crate::friction::parts::stick_slip::{SetValued, StickSlip};
-pub use crate::friction::{Contact, ContactLaw, Drive, FrictionContact, FrictionLaw, StateKind, Stiction};
+pub use crate::friction::{Contact, ContactLaw, Drive, FrictionContact, FrictionLaw, LawState, StateKind, Stiction};
 pub use crate::model::{Course, Experiment, Model, Panel, Setup, Signal};
 pub use crate::numbers::{Number, Real, Scalar, Varying, sign};
 pub use crate::pneumatics::actuator::Actuating;

@@ -306,19 +306,48 @@ mod at_the_start {
         }
     }
 
+    parameters! {
+        /// A law that has more states than it names.
+        Secretive {
+            stiffness: Tunable = Variable::parameter(0, "k", units::NEWTON_PER_METRE, 1.0).text("Stiffness");
+        }
+    }
+
+    impl FrictionLaw for Secretive {
+        type Memory<S: Varying> = ();
+
+        const STATES: &'static [LawState<Self>] = &[LawState::new("shown", units::METRE, |_| 1.0)];
+
+        fn states(&self) -> usize {
+            2
+        }
+
+        fn start<S: Varying>(&self, _contact: &Contact<S>) {}
+
+        fn force<S: Scalar>(&self, contact: &Contact<S>, _z: &[S], _memory: &(), _rates: &mut [S]) -> S {
+            contact.position * self.stiffness
+        }
+    }
+
     laws! {
-        /// The greedy law beside those of the library.
+        /// Both beside the laws of the library.
         mod catalogue {
             ..builtin;
             1000 Greedy "greedy" Greedy, "More states than fit";
+            1001 Secretive "secretive" Secretive, "More states than it names";
         }
     }
 
     #[test]
-    fn law_that_asks_for_more_states_than_fit_is_refused_by_name() {
-        let setup = benched::<catalogue::Friction>("Greedy", "Free");
-        let refused = setup.start(0.0).err().map(|error| error.to_string()).unwrap_or_default();
-        let expected = "friction.greedy.states = 11 is refused: a law may have 1 state of the kind Deflection, or 10 of the kind Force";
-        assert_eq!(refused, expected);
+    fn laws_with_other_states_than_fit_or_have_names_are_refused() {
+        let cases = [
+            ("Greedy", "friction.greedy.states = 11 is refused: a law may have 1 state of the kind Deflection, or 10"),
+            ("Secretive", "friction.secretive.states = 2 is refused: the law names 1 states"),
+        ];
+        for (law, expected) in cases {
+            let setup = benched::<catalogue::Friction>(law, "Free");
+            let refused = setup.start(0.0).err().map(|error| error.to_string()).unwrap_or_default();
+            assert!(refused.starts_with(expected), "{refused}");
+        }
     }
 }

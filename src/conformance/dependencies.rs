@@ -45,7 +45,7 @@ pub fn found_dependencies(setup: &Setup) -> Pairs {
         run.advance(end).unwrap_or_else(|error| panic!("{}: {error}", told(setup)));
     }
     let missing = names(table, found.difference(&declared(table)).copied());
-    assert!(missing.is_empty(), "{}: not declared by `depends_on`: {missing:#?}, in {setup:?}", told(setup));
+    assert!(missing.is_empty(), "{}: not declared by `depends_on`: {missing:#?}", told(setup));
     found
 }
 

@@ -90,12 +90,18 @@ impl Host {
         let update = self.model.update().expect("an update");
         let before = self.states.clone();
         self.model.states(&mut self.states);
-        assert!(update.changes_states || before == self.states, "a change that was not announced");
-        assert!(self.indicators().iter().all(|z| *z > 0.0), "{:?}", self.indicators());
+        let time = self.time;
+        assert!(
+            update.changes_states || before == self.states,
+            "states change without notice by an update at {time} s"
+        );
+        for (number, indicator) in self.indicators().into_iter().enumerate() {
+            assert!(indicator > 0.0, "event indicator {number} is {indicator} after an update at {time} s");
+        }
         let again = self.model.update().expect("an update");
-        assert!(!again.changes_states);
+        assert!(!again.changes_states, "a second update at {time} s changes states");
         self.next_time_event = again.next_time_event.unwrap_or(f64::INFINITY);
-        assert!(self.next_time_event > self.time);
+        assert!(self.next_time_event > time, "the next time event is that of {} s, at {time} s", self.next_time_event);
     }
 
     /// Puts the model at a point.

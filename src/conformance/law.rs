@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use super::{Random, run};
-use crate::friction::{Contact, Drive, Event, FrictionLaw, Indicators, MAX_STATES, Stiction};
+use crate::friction::{Contact, Drive, Event, FrictionLaw, Indicators, MAX_STATES, StateKind, Stiction};
 use crate::model::Plant;
 use crate::model::{Model, Setup};
 use crate::models::friction_bench;
@@ -79,6 +79,41 @@ fn default_law<L: FrictionLaw>(law: &str) -> L {
 /// Variables of the equations: velocity, position, applied force, level, then the states.
 const DIRECTIONS: usize = 4 + MAX_STATES;
 
+/// Names of these variables.
+fn names<L: FrictionLaw>(law: &L) -> Vec<String> {
+    let named: Vec<_> = L::named_states("", 0).into_iter().filter(|state| state.law == law.id()).collect();
+    let state = |number: usize| match law.state_kind() {
+        StateKind::Named => named[number].name.clone(),
+        StateKind::Deflection => "deflection".to_owned(),
+        StateKind::Force => format!("elementForce[{}]", number + 1),
+    };
+    let motion = ["velocity", "position", "applied force", "load level"].map(str::to_owned);
+    motion.into_iter().chain((0..law.states()).map(state)).collect()
+}
+
+/// The point of a draw in words: what is not 0.
+fn point(names: &[String], at: &[f64]) -> String {
+    let told = names.iter().zip(at).filter(|(_, value)| **value != 0.0);
+    told.map(|(name, value)| format!("{name} = {value}")).collect::<Vec<_>>().join(", ")
+}
+
+/// The beginning of the memory of a law in words, which may be long.
+fn shortly(memory: &impl std::fmt::Debug) -> String {
+    const LENGTH: usize = 160;
+    let text = format!("{memory:?}");
+    if text.chars().count() > LENGTH { text.chars().take(LENGTH).chain("...".chars()).collect() } else { text }
+}
+
+/// States drawn around those that a run starts with, as far away as their magnitude and within their range.
+fn draw_states<L: FrictionLaw>(law: &L, contact: &Contact<f64>, random: &mut Random, states: &mut [f64]) {
+    let mut start = [Real::of(0.0); MAX_STATES];
+    law.start_states(&contact.still(), &mut start[..states.len()]);
+    for (state, value) in states.iter_mut().enumerate() {
+        let ([low, high], start, scale) = (law.range_of(state), start[state].value, law.scale_of(state));
+        *value = random.between(low.max(start - scale), high.min(start + scale));
+    }
+}
+
 /// The rates of the states and the friction force.
 fn evaluate<L: FrictionLaw, S: Scalar>(law: &L, drive: Drive, memory: &L::Memory<S::Held>, at: &[S]) -> Vec<S> {
     let contact =
@@ -101,15 +136,14 @@ fn plain<L: FrictionLaw>(law: &L, drive: Drive, memory: &L::Memory<Real>, at: &[
 /// When one is another, or the law uses an event that it does not declare.
 pub fn derivatives<L: FrictionLaw>(name: &str) {
     let law = default_law::<L>(name);
+    let names = names(&law);
     let mut random = Random(u64::from(name.len() as u32));
     for round in 0..200 {
         let drive = if round % 4 == 0 { Drive::Motion } else { Drive::Force };
         let mut at = [0.0; DIRECTIONS];
         at[..4].copy_from_slice(&[random.spread(1e-5, 0.5), 0.25, 8.0 * random.next(), 1.2 + 0.5 * random.next()]);
-        for state in &mut at[4..4 + law.states()] {
-            *state = law.state_scale() * random.next();
-        }
         let mut contact = Contact { time: 0.1, velocity: at[0], position: at[1], applied: at[2], level: at[3], drive };
+        draw_states(&law, &contact, &mut random, &mut at[4..4 + law.states()]);
         let mut memory = law.start(&contact.still::<Real>());
         for _ in 0..20 {
             let (mut indicators, mut states) = (Indicators::<Real>::default(), Real::all(&at));
@@ -135,13 +169,18 @@ pub fn derivatives<L: FrictionLaw>(name: &str) {
             });
             for (row, dual) in exact.iter().enumerate() {
                 let difference = (above[row] - below[row]) / (2.0 * step);
-                let rounding =
-                    1e-15 * (above[row].abs() + 1e3 * law.state_scale() + 10.0 * f64::from(row == law.states())) / step;
+                let scale = if row < law.states() { law.scale_of(row) } else { law.state_scale() };
+                let rounding = 1e-15 * (above[row].abs() + 1e3 * scale + 10.0 * f64::from(row == law.states())) / step;
                 let allowed = 1e-5 * dual.slope[direction].abs() + 4.0 * rounding;
                 assert!(
                     (dual.slope[direction] - difference).abs() <= allowed,
-                    "{name}: d[{row}]/d[{direction}] is {difference}, not {} at {at:?} in {memory:?}",
+                    "{name}: the derivative of {} by {} is {} by dual numbers and {difference} by differences, which may differ \
+                     by {allowed:.1e}, at time = 0.1, {}, in {}",
+                    names.get(4 + row).map_or("the friction force".to_owned(), |state| format!("der({state})")),
+                    names[direction],
                     dual.slope[direction],
+                    point(&names, &at),
+                    shortly(&memory),
                 );
             }
         }
@@ -164,14 +203,19 @@ pub fn unchanged<L: FrictionLaw>(name: &str) {
         });
         let mut at = [0.0; DIRECTIONS];
         at[..4].copy_from_slice(&[next.velocity, next.position, next.applied, next.level]);
-        for state in &mut at[4..4 + law.states()] {
-            *state = law.state_scale() * random.next();
-        }
+        draw_states(&law, &next, &mut random, &mut at[4..4 + law.states()]);
         let before = law.start(&first.still::<Real>());
         let mut after = before.clone();
         if !law.follow(&next.still(), &Real::all(&at)[4..], &mut after) {
             let [as_before, found] = [&before, &after].map(|memory| plain(&law, drive, memory, &at));
-            assert_eq!(found, as_before, "{name} says that its force has not changed from {first:?} to {next:?}");
+            let names = names(&law);
+            assert_eq!(
+                found,
+                as_before,
+                "{name} says that force and rates have not changed after a step to time = {}, {}: now, and before",
+                next.time,
+                point(&names, &at),
+            );
         }
     }
 }
@@ -194,6 +238,7 @@ pub fn yields<L: FrictionLaw>(name: &str) {
         let mut memory = law.start(&under(0.0));
         let mut z = [Real::of(0.0); MAX_STATES];
         let z = &mut z[..law.states()];
+        law.start_states(&under(0.0), z);
         let due = |force: f64, z: &[Real]| {
             let mut indicators = Indicators::default();
             law.indicators(&under(force), z, &memory, &mut indicators);
@@ -221,6 +266,9 @@ pub fn yields<L: FrictionLaw>(name: &str) {
     }
 }
 
+/// What is compared of mirrored motions.
+const SHOWN: [&str; 3] = ["frictionForce", "position", "velocity"];
+
 /// Mirrored motion gives mirrored friction. Every operation on mirrored numbers gives mirrored numbers; 1e-9 leaves room for sums
 /// taken in another order.
 ///
@@ -242,10 +290,16 @@ pub fn mirrored<L: FrictionLaw>(law: &str) {
                 set(run, "driveVelocity", *side * v);
                 set(run, "appliedForce", *side * force);
                 run.advance_to(end).unwrap_or_else(|error| panic!("{law} {drive}: {error}"));
-                ["frictionForce", "position", "velocity"].map(|name| *side * get(run, name))
+                SHOWN.map(|name| *side * get(run, name))
             });
-            for (a, b) in right.into_iter().zip(left) {
-                assert!((a - b).abs() <= 1e-9 * a.abs().max(1.0), "{law} {drive}: {right:?}, {left:?} at {end} s");
+            for (name, (a, b)) in SHOWN.into_iter().zip(right.into_iter().zip(left)) {
+                let allowed = 1e-9 * a.abs().max(1.0);
+                assert!(
+                    (a - b).abs() <= allowed,
+                    "{law} in the drive {drive}: {name} is {a}, and {} under the mirrored motion, at {end} s; it may differ by \
+                     {allowed:.1e}",
+                    -b,
+                );
             }
         }
     }
@@ -258,7 +312,7 @@ pub fn mirrored<L: FrictionLaw>(law: &str) {
 /// When it gives back more.
 pub fn passive(setup: &Setup, stored: f64) {
     let given = Motion::of(setup).given_back();
-    assert!(given < stored, "{}: {given} J given back, {stored} J stored", super::told(setup));
+    assert!(given < stored, "{}: friction gives back {given} J, and may give back {stored} J", super::told(setup));
 }
 
 fn set(run: &mut Plant, name: &str, value: f64) {

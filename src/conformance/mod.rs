@@ -44,7 +44,7 @@ pub use self::slopes::{Slopes, slopes};
 pub use self::ways::{Agreement, Course, both_ways};
 use crate::co_simulation::Simulation;
 use crate::model::Setup;
-use crate::variables::Variable;
+use crate::variables::{Kind, Meaning, Variable};
 
 /// Checks all that is promised of a model under each of some settings, that together show all that its variables depend on. A
 /// run lasts for a tenth of the default experiment, or a second if that is less.
@@ -81,14 +81,26 @@ fn duration(setup: &Setup) -> f64 {
     (0.1 * setup.model().experiment.stop_time).min(1.0)
 }
 
-/// How a run is told in messages.
+/// How a run is told in messages: the model, the friction law and what else is not as by default.
 fn told(setup: &Setup) -> String {
-    let chosen = setup.table().friction_law().and_then(|(choice, laws)| {
-        let id = setup.get(&choice.name).ok()?;
-        laws.items.iter().find(|(number, ..)| f64::from(*number) == id)
-    });
-    let name = setup.model().name;
-    chosen.map_or_else(|| name.to_owned(), |(_, law, _)| format!("{name} under {law}"))
+    let (table, name) = (setup.table(), setup.model().name);
+    let item = |variable: &Variable, value: f64| match variable.kind {
+        Kind::Enumeration(of) => of.items.iter().find(|(id, ..)| f64::from(*id) == value).map(|(_, item, _)| *item),
+        _ => None,
+    };
+    let (mut law, mut others) = (String::new(), Vec::new());
+    let values = table.parameters().zip(setup.parameters()).chain(table.inputs().zip(setup.inputs()));
+    for (variable, value) in values {
+        let chosen = item(variable, *value);
+        let shown = chosen.map_or_else(|| value.to_string(), str::to_owned);
+        if chosen.is_some() && variable.meaning == Some(Meaning::FrictionLaw) {
+            law = format!(" under {shown}");
+        } else if variable.start != Some(*value) {
+            others.push(format!("{} = {shown}", variable.name));
+        }
+    }
+    let others = if others.is_empty() { String::new() } else { format!(" with {}", others.join(", ")) };
+    format!("{name}{law}{others}")
 }
 
 /// A run from time 0.

@@ -22,13 +22,14 @@ pub fn rates(setup: &Setup, middle: f64) {
     for (index, variable) in computed.iter().enumerate() {
         let Some(state) = variable.derivative_of.and_then(place) else { continue };
         let difference = (after[state] - before[state]) / (2.0 * SIZE);
-        let noise = 1e-15 * now[state].abs() / SIZE;
+        let allowed = 1e-4 * now[index].abs() + 1e-6 + 1e-15 * now[state].abs() / SIZE;
         assert!(
-            (now[index] - difference).abs() <= 1e-4 * now[index].abs() + 1e-6 + noise,
-            "{}: {} is {}, not about {difference}",
+            (now[index] - difference).abs() <= allowed,
+            "{}: {} is {} at {middle} s, where {} changes by {difference} per second; they may differ by {allowed:.1e}",
             told(setup),
             variable.name,
             now[index],
+            computed[state].name,
         );
     }
 }
@@ -47,9 +48,13 @@ pub fn steps(setup: &Setup, end: f64, share: f64) {
     let (one, many) = (values_after(1), values_after(97));
     for ((variable, one), many) in setup.table().computed().zip(one).zip(many) {
         if setup.table().find(&variable.name).is_some_and(|entry| entry.state.is_some()) {
-            let magnitude = one.abs().max(variable.nominal.unwrap_or(1.0));
-            let name = &variable.name;
-            assert!((one - many).abs() < share * magnitude, "{}: {name} is {one} and {many}", told(setup));
+            let (name, allowed) = (&variable.name, share * one.abs().max(variable.nominal.unwrap_or(1.0)));
+            assert!(
+                (one - many).abs() < allowed,
+                "{}: {name} is {one} after one communication step of {end} s, and {many} after 97 steps; they may differ by \
+                 {allowed:.1e}",
+                told(setup),
+            );
         }
     }
 }
@@ -77,8 +82,17 @@ pub fn repeats(setup: &Setup, half: f64) {
     let mut other = started(setup);
     for (run, which) in [(&mut run, "the run"), (&mut other, "another run")] {
         run.restore(&saved).unwrap_or_else(|error| panic!("{}: {error}", told(setup)));
-        assert!(run.save() == saved, "{}: {which} is restored to something else", told(setup));
-        assert!(play(run.as_mut(), 20) == first, "{}: {which} forgets something", told(setup));
+        assert!(run.save() == saved, "{}: {which} is restored to another state than that at {half} s", told(setup));
+        let again = play(run.as_mut(), 20);
+        let Some(place) = first.iter().zip(&again).position(|(first, again)| first != again) else { continue };
+        let variable = setup.table().computed().nth(place % count).map_or("?", |variable| &variable.name);
+        panic!(
+            "{}: {which}, restored at {half} s, comes to {variable} = {} and not {} at {} s",
+            told(setup),
+            f64::from_bits(again[place]),
+            f64::from_bits(first[place]),
+            half * (21 + place / count) as f64 / 20.0,
+        );
     }
 }
 

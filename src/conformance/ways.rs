@@ -62,7 +62,10 @@ pub fn both_ways(setup: &Setup, agreement: &Agreement, course: Course, step: f64
         for ((variable, one), other) in table.computed().zip(inside.computed()).zip(&seen) {
             let Some(bound) = (agreement.bound)(variable, *one) else { continue };
             let name = &variable.name;
-            assert!((one - other).abs() <= bound, "{told}: {name} is {other} outside, {one} inside, at {end} s");
+            assert!(
+                (one - other).abs() <= bound,
+                "{told}: {name} is {other} with the solver outside and {one} inside, at {end} s; it may differ by {bound:.1e}"
+            );
         }
     }
     let Some(Place::Computed(events)) = table.find("solver.events").map(|entry| entry.place) else {

@@ -124,6 +124,7 @@ macro_rules! law_items {
         }
 
         const _: () = {
+            use $crate::friction::law::NamedState;
             use $crate::friction::{Contact, Drive, Event, FrictionLaw, Indicators, StateKind, Stiction};
             use $crate::system::Sample;
             use $crate::numbers::{Scalar, Varying};
@@ -179,6 +180,8 @@ macro_rules! law_items {
             impl FrictionLaw for Friction {
                 type Memory<S: Varying> = Memory<S>;
 
+                const NAMED: usize = 0 $(+ <$type as FrictionLaw>::NAMED)*;
+
                 fn title(&self) -> &'static str {
                     match self { $(Friction::$law(_) => concat!("friction law ", stringify!($law))),* }
                 }
@@ -189,7 +192,26 @@ macro_rules! law_items {
                     of_law!(self, |law| law.states())
                 }
                 fn couples_states() -> bool {
-                    false $(|| <$type as FrictionLaw>::couples_states())*
+                    // Of named states the variables say it themselves.
+                    false $(|| (<$type as FrictionLaw>::NAMED == 0 && <$type as FrictionLaw>::couples_states()))*
+                }
+                fn named_states(_group: &str, _law: u32) -> Vec<NamedState> {
+                    #[allow(unused_mut, reason = "a catalogue has laws")]
+                    let mut named = Vec::new();
+                    $(named.extend(<$type as FrictionLaw>::named_states($group, $id));)*
+                    named
+                }
+                fn id(&self) -> u32 {
+                    match self { $(Friction::$law(_) => $id),* }
+                }
+                fn scale_of(&self, state: usize) -> f64 {
+                    of_law!(self, |law| law.scale_of(state))
+                }
+                fn range_of(&self, state: usize) -> [f64; 2] {
+                    of_law!(self, |law| law.range_of(state))
+                }
+                fn start_states<S: Varying>(&self, contact: &Contact<S>, z: &mut [S]) {
+                    of_law!(self, |law| law.start_states(contact, z))
                 }
                 fn events(&self) -> &'static [Event] {
                     of_law!(self, |law| law.events())

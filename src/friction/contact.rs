@@ -5,9 +5,9 @@ use std::ops::Range;
 use super::event::{Event, Indicators};
 use super::law::{Contact, Drive, FrictionLaw, MAX_STATES, StateKind, Stiction};
 use super::registry::Friction;
-use super::states;
+use super::states::{self, Named};
 use crate::numbers::{Dual, Real, Scalar, Varying};
-use crate::system::Sample;
+use crate::system::{Limits, Sample};
 
 /// A friction law and the place of its states; a model may hold several.
 ///
@@ -22,6 +22,8 @@ pub struct FrictionContact<L = Friction> {
     follows: bool,
     /// Whether the force changes gently within a mode.
     is_gentle: bool,
+    /// Whether the law has one state that it does not name, which may relax.
+    relaxes: bool,
     /// Whether any mode of the law can end.
     has_events: bool,
     /// Longest step in s the solver may take.
@@ -32,6 +34,8 @@ pub struct FrictionContact<L = Friction> {
     count: usize,
     /// Value reference that the variables of its states count from.
     references: u32,
+    /// Where its named states are among those of all laws.
+    named: Named,
 }
 
 impl<L: FrictionLaw> FrictionContact<L> {
@@ -45,9 +49,11 @@ impl<L: FrictionLaw> FrictionContact<L> {
             holds_exactly,
             follows: law.follows().contains(&drive),
             is_gentle: law.is_gentle(),
+            relaxes: law.states() == 1 && law.state_kind() != StateKind::Named,
             has_events: !law.events().is_empty(),
             max_step: law.max_step(),
             count: law.states(),
+            named: Named::of(&law),
             law,
             first,
             references,
@@ -77,10 +83,10 @@ impl<L: FrictionLaw> FrictionContact<L> {
         self.is_gentle
     }
 
-    /// Whether the law has one state, which may relax.
+    /// Whether the law has one state that it does not name, which may relax.
     #[inline(always)]
     pub fn relaxes(&self) -> bool {
-        self.count == 1
+        self.relaxes
     }
 
     /// Rate in 1/s at which the state of a law that has one relaxes, given all states and their rates; only for such a law the
@@ -102,6 +108,9 @@ impl<L: FrictionLaw> FrictionContact<L> {
     pub fn resistance(&self) -> [f64; 2] {
         let (time, position, velocity, applied, level) = (0.0, 0.0, 0.0, 0.0, 1.0);
         let still = Contact { time, position, velocity, applied, level, drive: self.drive };
+        let mut start = [Real::of(0.0); MAX_STATES];
+        self.law.start_states(&still.still::<Real>(), &mut start[..self.count]);
+        let start = start.map(|state| Dual::<1>::of(state.value));
         let memory = self.law.start(&still.still::<Real>());
         let mut rates = [Dual::<1>::of(0.0); MAX_STATES];
         let mut slope = |contact: Contact<Dual<1>>, states: [Dual<1>; MAX_STATES]| {
@@ -110,8 +119,8 @@ impl<L: FrictionLaw> FrictionContact<L> {
             (force.slope[0], rates)
         };
         let unit = Dual::variable(0.0, 0);
-        let (damping, bending) = slope(Contact { velocity: unit, ..still.still() }, [Dual::of(0.0); MAX_STATES]);
-        let bent = bending.map(|rate| Dual::new(0.0, rate.slope));
+        let (damping, bending) = slope(Contact { velocity: unit, ..still.still() }, start);
+        let bent = std::array::from_fn(|state| Dual::new(start[state].value, bending[state].slope));
         let (stiffness, _) = slope(Contact { position: unit, ..still.still() }, bent);
         [stiffness, damping]
     }
@@ -129,12 +138,17 @@ impl<L: FrictionLaw> FrictionContact<L> {
 
     /// Index among the states of the model of the one that a variable stands for, if the law has it.
     pub fn state_at(&self, reference: u32) -> Option<usize> {
-        let number = states::number_of(self.law.state_kind(), reference.checked_sub(self.references)?)?;
+        let number = match self.law.state_kind() {
+            StateKind::Named => self.named.number_of(self.references, reference)?,
+            kind => states::number_of(kind, reference.checked_sub(self.references)?)?,
+        };
         (number < self.count).then_some(self.first + number)
     }
 
-    /// The memory a run starts with; the states of the law are zero then.
-    pub fn start<S: Varying>(&self, contact: &Contact<S>) -> L::Memory<S> {
+    /// The memory a run starts with; gives the states of the law, which are zero before, their start values among those of the
+    /// model.
+    pub fn start<S: Varying>(&self, contact: &Contact<S>, x: &mut [S]) -> L::Memory<S> {
+        self.law.start_states(contact, &mut x[self.states()]);
         self.law.start(contact)
     }
 
@@ -163,6 +177,7 @@ impl<L: FrictionLaw> FrictionContact<L> {
             sticking: S::constant(f64::from(L::is_sticking::<S::Held>(memory))),
             is_held: self.is_held::<S::Held>(memory),
             kind: self.law.state_kind(),
+            named: self.named,
             states: [S::zero(); MAX_STATES],
             rates: [S::zero(); MAX_STATES],
         };
@@ -232,9 +247,23 @@ impl<L: FrictionLaw> FrictionContact<L> {
         self.law.depends_on_time()
     }
 
-    /// Magnitude of the states of the law.
+    /// Magnitude of the states of a law that does not name them.
     pub fn state_scale(&self) -> f64 {
         self.law.state_scale()
+    }
+
+    /// Writes the magnitudes of the states of the law among those of the model, times a factor.
+    pub fn write_scales(&self, factor: f64, scales: &mut [f64]) {
+        for state in 0..self.count {
+            scales[self.first + state] = factor * self.law.scale_of(state);
+        }
+    }
+
+    /// Writes the limits of the states that the law names among those of the model.
+    pub fn write_limits(&self, limits: &mut [Limits]) {
+        for state in 0..self.named.own() {
+            limits[self.first + state] = Limits::within(self.law.range_of(state), self.law.scale_of(state));
+        }
     }
 
     /// Whether a memory can belong to this contact.
@@ -254,6 +283,8 @@ pub struct Observation<S> {
     pub is_held: bool,
     /// What the states of the law are.
     pub kind: StateKind,
+    /// Where its named states are among those of all laws.
+    named: Named,
     /// The states of the law; those it does not have are 0.
     pub states: [S; MAX_STATES],
     /// Their rates.
@@ -263,7 +294,7 @@ pub struct Observation<S> {
 impl<S: Scalar> Observation<S> {
     /// Writes the states and their rates in the order of `states::table`, and returns the rest of the slots.
     pub fn write<'s>(&self, slots: &'s mut [S]) -> &'s mut [S] {
-        states::write(self.kind, [self.states, self.rates], slots)
+        states::write(self.kind, [self.states, self.rates], self.named, slots)
     }
 
     /// An acceleration while the mass moves, 0 while the law holds its position.

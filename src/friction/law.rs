@@ -5,7 +5,7 @@ use serde::{Serialize, de::DeserializeOwned};
 use super::event::{Event, Indicators};
 use crate::numbers::{Scalar, Varying};
 use crate::system::{Sample, references};
-use crate::variables::{Kind, Meaning, Notice, ParameterError, ParameterSet, Tunable, Variable};
+use crate::variables::{Kind, Meaning, Notice, ParameterError, ParameterSet, Tunable, Unit, Variable};
 
 /// The largest number of continuous states a law may have.
 pub const MAX_STATES: usize = 10;
@@ -17,6 +17,8 @@ pub enum StateKind {
     Deflection,
     /// Forces in N.
     Force,
+    /// The [states](FrictionLaw::STATES) that the law itself names.
+    Named,
 }
 
 impl StateKind {
@@ -24,9 +26,52 @@ impl StateKind {
     pub const fn most(self) -> usize {
         match self {
             Self::Deflection => 1,
-            Self::Force => MAX_STATES,
+            Self::Force | Self::Named => MAX_STATES,
         }
     }
+}
+
+/// A continuous state that a law names: its variable is in the group of the law.
+#[derive(Clone, Copy, Debug)]
+pub struct LawState<L> {
+    pub(super) name: &'static str,
+    pub(super) unit: Unit,
+    pub(super) scale: fn(&L) -> f64,
+    pub(super) range: [f64; 2],
+    pub(super) text: &'static str,
+}
+
+impl<L> LawState<L> {
+    /// A state of a name and a unit, with its magnitude under given parameters, for error control.
+    pub const fn new(name: &'static str, unit: Unit, scale: fn(&L) -> f64) -> Self {
+        Self { name, unit, scale, range: [f64::NEG_INFINITY, f64::INFINITY], text: "" }
+    }
+
+    /// The values between which the equations of the law have a meaning; a run does not leave them.
+    pub const fn range(self, low: f64, high: f64) -> Self {
+        Self { range: [low, high], ..self }
+    }
+
+    /// What an engineer needs to know about it.
+    pub const fn text(self, text: &'static str) -> Self {
+        Self { text, ..self }
+    }
+}
+
+/// A state that a law of a catalogue names.
+#[doc(hidden)]
+#[derive(Clone, Debug)]
+pub struct NamedState {
+    /// Id of the law, 0 of one without a catalogue.
+    pub law: u32,
+    /// Name, in the group of the law.
+    pub name: String,
+    /// Unit.
+    pub unit: Unit,
+    /// What it is.
+    pub text: &'static str,
+    /// Whether its rate depends on the other states of the law.
+    pub is_coupled: bool,
 }
 
 /// What sets the contact in motion.
@@ -112,13 +157,21 @@ impl<L: FrictionLaw, const LAW: i32> ParameterSet for ContactLaw<L, LAW> {
 #[doc(hidden)]
 pub fn checked<L: FrictionLaw>(law: L) -> Result<L, ParameterError> {
     law.check()?;
-    let states = law.states();
-    if states <= law.state_kind().most() {
-        return Ok(law);
+    let (states, kind) = (law.states(), law.state_kind());
+    let refused = |reason: &str| Err(ParameterError::new("states", states as f64, reason));
+    // A catalogue names none itself; each of its laws has been checked.
+    let names_states = kind == StateKind::Named && L::NAMED > 0;
+    let names_all = L::STATES.is_empty() || L::STATES.len() == states;
+    if (kind == StateKind::Named || !L::STATES.is_empty()) && !(names_states && names_all) {
+        return refused(&format!("the law names {} states in STATES, which is all that it may have", L::STATES.len()));
     }
-    let [deflections, forces] = [StateKind::Deflection, StateKind::Force].map(StateKind::most);
-    let reason = format!("a law may have {deflections} state of the kind Deflection, or {forces} of the kind Force");
-    Err(ParameterError::new("states", states as f64, &reason))
+    if states > kind.most() {
+        let [deflections, others] = [StateKind::Deflection, StateKind::Force].map(StateKind::most);
+        return refused(&format!(
+            "a law may have {deflections} state of the kind Deflection, or {others} of the kind Force or with names"
+        ));
+    }
+    Ok(law)
 }
 
 /// A friction law: its parameters and its hybrid equations.
@@ -134,6 +187,14 @@ pub trait FrictionLaw: ParameterSet {
     /// What the law remembers apart from its continuous states; changes at events and accepted steps only. What varies little by
     /// little with parameters and start values, such as where an anchor lies, is a number `S`; a side or a count is not.
     type Memory<S: Varying>: Clone + PartialEq + std::fmt::Debug + Serialize + DeserializeOwned + Send;
+
+    /// The continuous states by name, of a law whose states are others than the deflection of a bristle or the forces of elements;
+    /// at most [`MAX_STATES`].
+    const STATES: &'static [LawState<Self>] = &[];
+
+    /// Number of the named states of all laws of a catalogue.
+    #[doc(hidden)]
+    const NAMED: usize = Self::STATES.len();
 
     /// How the law holds the mass.
     fn stiction(&self) -> Stiction {
@@ -182,35 +243,69 @@ pub trait FrictionLaw: ParameterSet {
         false
     }
 
-    /// Rate in 1/s at which the state of a law that has one relaxes towards where the motion leads it: minus the derivative
-    /// of its own rate by itself, given the state and its rate. It makes steps longer; none is less accurate for it, nor if it
-    /// is not exact.
+    /// Rate in 1/s at which the state of a law that has one, and does not name it, relaxes towards where the motion leads it: minus
+    /// the derivative of its own rate by itself, given the state and its rate. It makes steps longer; none is less accurate for it,
+    /// nor if it is not exact.
     fn relaxation<S: Varying>(&self, _contact: &Contact<S>, _state: [S; 2], _memory: &Self::Memory<S>) -> f64 {
         0.0
     }
 
     /// Number of continuous states, at most [`MAX_STATES`].
     fn states(&self) -> usize {
-        0
+        Self::STATES.len()
     }
 
     /// Whether the rate of one continuous state depends on others of the law; otherwise each rate depends on its own state, the
-    /// motion and the load level.
+    /// motion and the load level. Several named states count as coupled.
     fn couples_states() -> bool {
-        false
+        Self::STATES.len() > 1
     }
 
     /// What the continuous states are.
     fn state_kind(&self) -> StateKind {
-        StateKind::Deflection
+        if Self::STATES.is_empty() { StateKind::Deflection } else { StateKind::Named }
     }
 
-    /// Magnitude of the continuous states, for error control.
+    /// Magnitude of the continuous states, for error control, of a law that does not name them.
     fn state_scale(&self) -> f64 {
         1.0
     }
 
-    /// The memory a run starts with; the continuous states are zero then.
+    /// Magnitude of one of the continuous states.
+    #[doc(hidden)]
+    fn scale_of(&self, state: usize) -> f64 {
+        Self::STATES.get(state).map_or_else(|| self.state_scale(), |named| (named.scale)(self))
+    }
+
+    /// The values between which one of the continuous states has a meaning.
+    #[doc(hidden)]
+    fn range_of(&self, state: usize) -> [f64; 2] {
+        Self::STATES.get(state).map_or([f64::NEG_INFINITY, f64::INFINITY], |named| named.range)
+    }
+
+    /// The named states of all laws of a catalogue, of a law with a group of its own and an id.
+    #[doc(hidden)]
+    fn named_states(group: &str, law: u32) -> Vec<NamedState> {
+        let named = |state: &LawState<Self>| NamedState {
+            law,
+            name: if group.is_empty() { state.name.to_owned() } else { format!("{group}.{}", state.name) },
+            unit: state.unit,
+            text: state.text,
+            is_coupled: Self::couples_states(),
+        };
+        Self::STATES.iter().map(named).collect()
+    }
+
+    /// Id of the law in its catalogue, 0 without one.
+    #[doc(hidden)]
+    fn id(&self) -> u32 {
+        0
+    }
+
+    /// Gives the continuous states, which are zero before, the values that a run starts with.
+    fn start_states<S: Varying>(&self, _contact: &Contact<S>, _z: &mut [S]) {}
+
+    /// The memory a run starts with.
     fn start<S: Varying>(&self, contact: &Contact<S>) -> Self::Memory<S>;
 
     /// The friction force in N; writes the time derivatives of the continuous states, which are zero before. A number of the

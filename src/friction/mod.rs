@@ -28,5 +28,5 @@ pub(crate) mod states;
 
 pub use contact::{FrictionContact, Observation};
 pub use event::{Event, Indicators};
-pub use law::{Contact, ContactLaw, Drive, FrictionLaw, MAX_STATES, StateKind, Stiction};
+pub use law::{Contact, ContactLaw, Drive, FrictionLaw, LawState, MAX_STATES, StateKind, Stiction};
 pub use registry::{Friction, LAWS, Law, Memory};

@@ -1,9 +1,9 @@
 //! The continuous states of a contact as variables of a model.
 //!
-//! A law has at most one deflection, or the forces of up to ten elements: each kind has variables of its own, so that
-//! all have a unit. Those that the chosen law does not have stay 0.
+//! A law has at most one deflection, or the forces of up to ten elements, or states that it names: each kind has variables of
+//! its own, so that all have a unit. Those that the chosen law does not have stay 0.
 
-use super::law::{FrictionLaw, MAX_STATES, StateKind};
+use super::law::{FrictionLaw, MAX_STATES, NamedState, StateKind};
 use crate::numbers::Scalar;
 use crate::variables::{Unit, Variable, units};
 
@@ -52,9 +52,22 @@ impl Kind {
 }
 
 /// Number of the variables of a contact: its states and their rates.
-pub const COMPUTED: usize = 2 * (KINDS[0].count + KINDS[1].count) as usize;
+pub const fn computed<L: FrictionLaw>() -> usize {
+    assert!(L::NAMED <= MOST_NAMED, "the laws of a catalogue name more states than there are value references");
+    2 * ((KINDS[0].count + KINDS[1].count) as usize + L::NAMED)
+}
 
-/// Value references of the states of a contact, whose variables count from `base`.
+/// Value reference of a named state of a contact, whose other variables count from `base`, by its place among those of all laws
+/// of the catalogue; that of its rate is the next. The contact at [`references::CONTACT`](crate::system::references::CONTACT) has
+/// those from 60 000 on, and each of [`REFERENCES`] has a thousand.
+const fn named(base: u32, place: u32) -> u32 {
+    25 * (base + 1_940) + 2 * place
+}
+
+/// Largest number of named states of all laws of a catalogue.
+const MOST_NAMED: usize = 500;
+
+/// Value references of the states of a contact that laws do not name, whose variables count from `base`.
 pub fn references(base: u32) -> Vec<u32> {
     KINDS.iter().flat_map(|kind| (0..kind.count).map(move |number| base + kind.first + number)).collect()
 }
@@ -74,7 +87,7 @@ pub fn number_of(kind: StateKind, reference: u32) -> Option<usize> {
 /// The states of a contact in a group and their rates; value references from `base`. `sliding` lists what velocity and
 /// load level depend on: with the state itself, or all of its kind if the laws couple them, all that its rate does.
 pub fn table<L: FrictionLaw>(group: &str, base: u32, sliding: &[u32]) -> Vec<Variable> {
-    let variables = KINDS.iter().flat_map(|kind| {
+    let not_named = KINDS.iter().flat_map(|kind| {
         let all = (0..kind.count).map(|number| base + kind.first + number).collect::<Vec<_>>();
         let own = move |state: u32| if L::couples_states() { all.clone() } else { vec![state] };
         let states = (0..kind.count).map(move |number| {
@@ -94,11 +107,48 @@ pub fn table<L: FrictionLaw>(group: &str, base: u32, sliding: &[u32]) -> Vec<Var
         });
         states.chain(rates)
     });
-    variables.collect()
+    let all = L::named_states("", 0);
+    let states = all.iter().zip(0..).map(|(state, place)| {
+        let reference = named(base, place);
+        Variable::output(reference, &format!("{group}.{}", state.name), state.unit)
+            .local()
+            .depends_on(&[reference])
+            .text(&format!("{}; 0 under other laws", state.text))
+    });
+    let rates = all.iter().zip(0..).map(|(state, place)| {
+        let (reference, name) = (named(base, place), format!("der({group}.{})", state.name));
+        let affects = |(other, at): &(&NamedState, u32)| *at == place || (state.is_coupled && other.law == state.law);
+        let own = all.iter().zip(0..).filter(affects).map(|(_, place)| named(base, place)).collect::<Vec<_>>();
+        Variable::output(reference + 1, &name, state.unit.per_second())
+            .local()
+            .derivative_of(reference)
+            .depends_on(&[sliding, &own].concat())
+            .text(&format!("Rate: {}", state.text))
+    });
+    not_named.chain(states).chain(rates).collect()
 }
 
-/// Writes the values of these variables from the states of a kind and their rates, and returns the rest of the slots.
-pub fn write<S: Scalar>(of: StateKind, states_and_rates: [[S; MAX_STATES]; 2], slots: &mut [S]) -> &mut [S] {
+/// Variables of a model of which those that depend on all other states of a contact depend on the named states of its laws, too.
+pub fn completed<L: FrictionLaw>(variables: Vec<Variable>, base: u32) -> Vec<Variable> {
+    let (others, named) = (references(base), (0..L::NAMED as u32).map(|place| named(base, place)).collect::<Vec<_>>());
+    let complete = |variable: Variable| {
+        if !others.iter().all(|state| variable.depends_on.contains(state)) {
+            return variable;
+        }
+        let all = [&variable.depends_on[..], &named].concat();
+        variable.depends_on(&all)
+    };
+    variables.into_iter().map(complete).collect()
+}
+
+/// Writes the values of these variables from the states of a kind and their rates, and returns the rest of the slots. Of the
+/// named states of all laws, those of this one begin at a place.
+pub fn write<S: Scalar>(
+    of: StateKind,
+    states_and_rates: [[S; MAX_STATES]; 2],
+    named: Named,
+    slots: &mut [S],
+) -> &mut [S] {
     let mut rest = slots;
     for kind in KINDS {
         for values in states_and_rates {
@@ -110,7 +160,47 @@ pub fn write<S: Scalar>(of: StateKind, states_and_rates: [[S; MAX_STATES]; 2], s
             rest = others;
         }
     }
+    for values in states_and_rates {
+        let (all, others) = rest.split_at_mut(named.all);
+        all.fill(S::zero());
+        all[named.first..][..named.own].copy_from_slice(&values[..named.own]);
+        rest = others;
+    }
     rest
+}
+
+/// Where the named states of a law are among those of all laws of its catalogue.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Named {
+    /// Place of the first one.
+    first: usize,
+    /// Number of those of the law.
+    own: usize,
+    /// Number of those of all laws.
+    all: usize,
+}
+
+impl Named {
+    /// The places of a law.
+    pub fn of<L: FrictionLaw>(law: &L) -> Self {
+        if L::NAMED == 0 {
+            return Self::default();
+        }
+        let own = if law.state_kind() == StateKind::Named { law.states() } else { 0 };
+        let first = L::named_states("", 0).iter().position(|state| state.law == law.id());
+        Self { first: first.unwrap_or(0), own, all: L::NAMED }
+    }
+
+    /// Number of the named states of the law.
+    pub fn own(self) -> usize {
+        self.own
+    }
+
+    /// Number of the named state of the law that a value reference stands for in a contact, whose other variables count from `base`.
+    pub fn number_of(self, base: u32, reference: u32) -> Option<usize> {
+        let offset = reference.checked_sub(named(base, self.first as u32))? as usize;
+        (offset.is_multiple_of(2) && offset / 2 < self.own).then_some(offset / 2)
+    }
 }
 
 #[cfg(test)]

@@ -21,7 +21,7 @@ use crate::friction::{
 };
 use crate::model::{Experiment, Functions, Model, Panel, Start};
 use crate::numbers::{Real, Scalar, Varying, sign};
-use crate::system::{Indicator, Sample, System, Tables, references};
+use crate::system::{Indicator, Limits, Sample, System, Tables, references};
 use crate::variables::{Notices, ParameterError, ParameterSet, Values, Variable, units};
 use crate::{enumeration, inputs, outputs, parameters, start_sized, states};
 
@@ -317,9 +317,10 @@ impl<L: FrictionLaw> System<INPUTS> for FrictionBench<L> {
         let states = states.into_iter().map(|state| {
             if state.reference == states::deflection(references::CONTACT) { yielding(state) } else { state }
         });
+        let outputs = states::completed::<L>(Outputs::<f64>::table(), references::CONTACT);
         Tables {
             inputs: Inputs::table(),
-            computed: Outputs::<f64>::table().into_iter().chain(states).collect(),
+            computed: outputs.into_iter().chain(states).collect(),
             parameters: Parts::<L>::table(),
         }
     }
@@ -343,7 +344,8 @@ impl<L: FrictionLaw> System<INPUTS> for FrictionBench<L> {
         State::Velocity.set(&mut x, S::of(self.p.velocity0));
         let trend = Trend { velocity: inputs.drive_velocity.value(), sign: 1.0 };
         let rate = if self.p.drive.prescribes() { inputs.drive_velocity } else { State::Velocity.get(&x) };
-        let friction = self.friction.start(&self.contact(S::zero(), &x, &inputs, rate, trend));
+        let contact = self.contact(S::zero(), &x, &inputs, rate, trend);
+        let friction = self.friction.start(&contact, &mut x);
         (x, Memory { friction, trend, course: Course { end: start, velocity: None } })
     }
 
@@ -457,8 +459,15 @@ impl<L: FrictionLaw> System<INPUTS> for FrictionBench<L> {
         self.friction.sample(contact, time.value(), x, &mut memory.friction);
     }
 
+    fn limits<const N: usize>(&self) -> [Limits; N] {
+        let mut limits = self.scales().map(Limits::of_magnitude);
+        self.friction.write_limits(&mut limits);
+        limits
+    }
+
     fn scales<const N: usize>(&self) -> [f64; N] {
-        let mut scales = [self.friction.state_scale(); N];
+        let mut scales = [1.0; N];
+        self.friction.write_scales(1.0, &mut scales);
         State::ALL.iter().for_each(|state| scales[state.at(N)] = state.scale(&self.p));
         scales
     }

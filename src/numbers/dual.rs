@@ -290,6 +290,8 @@ mod tests {
         let x = Dual::<1>::variable(0.7, 0);
         let cases = [
             (x.exp(), 0.7f64.exp()),
+            (x.ln(), 1.0 / 0.7),
+            (x.asinh(), 1.0 / 1.49f64.sqrt()),
             (x.sqrt(), 0.5 / 0.7f64.sqrt()),
             (x.sin(), 0.7f64.cos()),
             (x.cos(), -0.7f64.sin()),

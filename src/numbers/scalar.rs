@@ -48,6 +48,16 @@ pub trait Scalar: Number + AddAssign + SubAssign + Default + PartialEq + Debug +
         let value = libm::exp(self.value());
         self.chain(value, value)
     }
+    /// Natural logarithm of a positive number.
+    fn ln(self) -> Self {
+        let x = self.value();
+        self.chain(libm::log(x), 1.0 / x)
+    }
+    /// Inverse hyperbolic sine.
+    fn asinh(self) -> Self {
+        let x = self.value();
+        self.chain(libm::asinh(x), 1.0 / (1.0 + x * x).sqrt())
+    }
     /// Sine.
     fn sin(self) -> Self {
         self.chain(libm::sin(self.value()), libm::cos(self.value()))

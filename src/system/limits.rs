@@ -3,6 +3,9 @@
 /// How many magnitudes a state may be away from 0: more than any run comes to, and less than overflows in a power.
 const FAR: f64 = 1e9;
 
+/// How many magnitudes the equations of a state go on beyond a limit that a pole may follow.
+const BEYOND: f64 = 1e-6;
+
 /// The values of a state at which the equations have a meaning, and what lies beyond them.
 ///
 /// A solver outside tries values that no run comes to, and one that diverges accepts them. Beyond a limit the equations are those of a value that never
@@ -39,6 +42,20 @@ impl Limits {
     /// A state between two values, with what is left beyond each of them.
     pub fn between([low, high]: [f64; 2], left: [f64; 2]) -> Self {
         Self { low, high, give: left.map(|left| 0.5 * left), bounds_meaning: [true; 2] }
+    }
+
+    /// A state of a magnitude between two values, which may be infinite; the equations see hardly anything beyond a finite one, and
+    /// never less than half of a positive lower one.
+    pub fn within([low, high]: [f64; 2], scale: f64) -> Self {
+        let (mut limits, beyond) = (Self::of_magnitude(scale), BEYOND * scale);
+        if low.is_finite() {
+            let give = if low > 0.0 { 0.5 * low } else { beyond };
+            (limits.low, limits.give[0], limits.bounds_meaning[0]) = (low, give, true);
+        }
+        if high.is_finite() {
+            (limits.high, limits.give[1], limits.bounds_meaning[1]) = (high, beyond, true);
+        }
+        limits
     }
 
     /// Whether a value is between them.

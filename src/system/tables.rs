@@ -8,7 +8,7 @@ use crate::numbers::Real;
 use crate::variables::{Meaning, ParameterError, Role, Table, Variable, kept};
 
 /// Value references that the models have in common; those below 400 and from 1001 on are each model's own. From 20 000 on are
-/// the numbers that stand for enumerations.
+/// the numbers that stand for enumerations, from 60 000 on the states that laws name.
 pub mod references {
     /// The independent variable, time.
     pub const TIME: u32 = 0;

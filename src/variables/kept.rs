@@ -48,8 +48,7 @@ pub fn forget<T>(list: &Mutex<Vec<T>>) {
     drop(kept);
 }
 
-/// A name for as long as the process lasts, for errors, which are plain data. The names of states are few and short.
-#[cfg(feature = "names")]
+/// A name for as long as the process lasts, for errors and units, which are plain data. Such names are few and short.
 pub fn lent_name(name: &str) -> &'static str {
     static NAMES: Mutex<Vec<&'static str>> = Mutex::new(Vec::new());
     let mut names = NAMES.lock().unwrap_or_else(PoisonError::into_inner);

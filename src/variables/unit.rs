@@ -1,5 +1,7 @@
 //! Units.
 
+use super::kept;
+
 /// Exponents of the SI base units kg, m, s, A, K, mol, cd and rad.
 pub type BaseUnit = [i8; 8];
 
@@ -23,6 +25,17 @@ pub struct Unit {
     pub base: BaseUnit,
     /// Units an engineer may prefer to look at.
     pub display: &'static [DisplayUnit],
+}
+
+impl Unit {
+    /// The unit of the rate of a quantity.
+    pub(crate) fn per_second(self) -> Self {
+        let mut base = self.base;
+        base[2] -= 1;
+        let known = units::ALL.iter().find(|unit| unit.base == base);
+        let other = || Self { name: kept::lent_name(&format!("{}/s", self.name)), base, display: &[] };
+        known.copied().unwrap_or_else(other)
+    }
 }
 
 /// The units of this library.

@@ -24,7 +24,7 @@ use crate::mechanics::GRAVITY;
 use crate::model::{Experiment, Functions, Model, Panel, Start};
 use crate::numbers::{Scalar, Varying};
 use crate::start_sized;
-use crate::system::{Indicator, Sample, System, Tables, references};
+use crate::system::{Indicator, Limits, Sample, System, Tables, references};
 use crate::variables::{Notices, ParameterError, Tunable, Values};
 
 /// The model as the library offers it.
@@ -159,7 +159,8 @@ impl<L: FrictionLaw> System<1> for DrivenSlider<L> {
         let mut x = [S::zero(); N];
         State::Position.set(&mut x, S::of(self.p.position0));
         State::Velocity.set(&mut x, S::of(self.p.velocity0));
-        let friction = self.friction.start(&self.contact(S::zero(), &x, &Inputs::read(u)));
+        let contact = self.contact(S::zero(), &x, &Inputs::read(u));
+        let friction = self.friction.start(&contact, &mut x);
         let walk = self.walk.map_or(walk::State::AT_REST, |walk| walk.start(0.0));
         (x, Memory { friction, walk, peak: self.peak_after(0.0) })
     }
@@ -265,8 +266,15 @@ impl<L: FrictionLaw> System<1> for DrivenSlider<L> {
         }
     }
 
+    fn limits<const N: usize>(&self) -> [Limits; N] {
+        let mut limits = self.scales().map(Limits::of_magnitude);
+        self.friction.write_limits(&mut limits);
+        limits
+    }
+
     fn scales<const N: usize>(&self) -> [f64; N] {
-        let mut scales = [self.friction.state_scale(); N];
+        let mut scales = [1.0; N];
+        self.friction.write_scales(1.0, &mut scales);
         State::ALL.iter().for_each(|state| scales[state.at(N)] = state.scale(&self.p));
         scales
     }

@@ -18,7 +18,7 @@ pub fn tables<L: FrictionLaw>() -> Tables {
     let laws = SharedForces::table::<L>("friction", references::FRICTION, Law::CoulombStiction.id(), weight);
     Tables {
         inputs: Inputs::table(),
-        computed: [Outputs::<f64>::table(), states].concat(),
+        computed: [states::completed::<L>(Outputs::<f64>::table(), references::CONTACT), states].concat(),
         parameters: [Parameters::table(), laws].concat(),
     }
 }

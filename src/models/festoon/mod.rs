@@ -26,7 +26,7 @@ use crate::mechanics::{GRAVITY, OneSided};
 use crate::model::{Course, Experiment, Functions, Model, Panel, Signal, Start};
 use crate::numbers::{Scalar, Varying};
 use crate::start_sized;
-use crate::system::{Hints, Indicator, Sample, System, Tables, UNUSED};
+use crate::system::{Hints, Indicator, Limits, Sample, System, Tables, UNUSED};
 use crate::variables::{Notices, ParameterError, Values};
 
 /// The model as the library offers it.
@@ -319,7 +319,7 @@ impl<L: FrictionLaw> System<2> for Festoon<L> {
         let (still, u) = ([S::zero(); MAX_TROLLEYS], Inputs::read(u));
         let friction = std::array::from_fn(|trolley| {
             let contact = self.contact(S::zero(), &x, &u, &still, &links, trolley);
-            self.friction[trolley].start(&contact)
+            self.friction[trolley].start(&contact, &mut x)
         });
         (x, Memory { friction, links })
     }
@@ -453,11 +453,18 @@ impl<L: FrictionLaw> System<2> for Festoon<L> {
         }
     }
 
+    fn limits<const N: usize>(&self) -> [Limits; N] {
+        let mut limits = self.scales().map(Limits::of_magnitude);
+        self.friction.iter().for_each(|friction| friction.write_limits(&mut limits));
+        limits
+    }
+
     fn scales<const N: usize>(&self) -> [f64; N] {
-        let mut scales = [self.friction[0].state_scale(); N];
+        let mut scales = [1.0; N];
         scales[CRANE] = 1e-2;
         for trolley in 0..MAX_TROLLEYS {
             State::ALL.iter().for_each(|state| scales[at(*state, trolley, N)] = state.scale(&self.p));
+            self.friction[trolley].write_scales(1.0, &mut scales);
         }
         scales
     }

@@ -41,7 +41,8 @@ pub type Parts<L> = (Parameters, ContactLaw<L, { Law::Stribeck as i32 }>);
 pub fn tables<L: FrictionLaw>() -> Tables {
     let mut computed = Outputs::<f64>::table();
     for trolley in 0..MAX_TROLLEYS {
-        computed.extend(TrolleyOutputs::<f64>::table().into_iter().map(|variable| of_trolley(variable, trolley)));
+        let own = TrolleyOutputs::<f64>::table().into_iter().map(|variable| of_trolley(variable, trolley)).collect();
+        computed.extend(states::completed::<L>(own, contact_base(trolley)));
         let group = format!("trolley[{}].friction", trolley + 1);
         computed.extend(states::table::<L>(&group, contact_base(trolley), &[trolley_base(trolley) + own::VELOCITY]));
     }

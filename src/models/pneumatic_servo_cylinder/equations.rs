@@ -552,7 +552,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
         let lengths = ByPart {
             outputs: Outputs::<S>::LEN,
             actuator: A::COMPUTED,
-            friction: states::COMPUTED,
+            friction: states::computed::<L>(),
             lines: Lines::COMPUTED,
             sensors: Sensors::COMPUTED,
         };

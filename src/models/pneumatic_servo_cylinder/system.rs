@@ -74,7 +74,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> System<3> for Pneumatic
         let (states, actuator) = self.actuator.start(u.valve_voltage);
         x[..STATES].copy_from_slice(&states);
         let contact = self.contact(S::zero(), &x, &u, State::Velocity.get(&x));
-        let friction = self.friction.start(&contact);
+        let friction = self.friction.start(&contact, &mut x);
         let force = self.friction.force(&contact, &x, &friction, &mut [S::zero(); N]);
         let acceleration = self.friction.rate((contact.applied - force) * self.per_mass, &friction);
         let quantities = self.measured(&x, &u, acceleration);
@@ -284,6 +284,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> System<3> for Pneumatic
     fn limits<const N: usize>(&self) -> [Limits; N] {
         let mut limits = self.scales().map(Limits::of_magnitude);
         limits[State::Position.at(N)] = self.stops.limits();
+        self.friction.write_limits(&mut limits);
         for (state, least) in [
             (State::PressureA, gas::THINNEST),
             (State::PressureB, gas::THINNEST),
@@ -299,7 +300,8 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> System<3> for Pneumatic
     }
 
     fn scales<const N: usize>(&self) -> [f64; N] {
-        let mut scales = [FRICTION_ALLOWANCE * self.friction.state_scale(); N];
+        let mut scales = [1.0; N];
+        self.friction.write_scales(FRICTION_ALLOWANCE, &mut scales);
         scales[..STATES].copy_from_slice(&self.actuator.scales());
         if EXTENDED && self.lines.are_used() {
             self.put_lines(&Lines::scales(), &mut scales);

@@ -45,7 +45,7 @@ pub fn tables<L: FrictionLaw, A: Actuating>() -> Tables {
     let measured = [&[depends::X][..], &[depends::P_A], &[depends::P_B], &depends::motion()];
     let outputs = Outputs::<f64>::table().into_iter().map(|variable| depends::on_feeds(variable, &feeds));
     let computed = ByPart {
-        outputs: outputs.collect(),
+        outputs: states::completed::<L>(outputs.collect(), references::CONTACT),
         actuator: A::computed(),
         friction: states::table::<L>("friction", references::CONTACT, depends::SLIDING),
         lines: Lines::computed([&feeds[0], &feeds[1]], at_ports),

@@ -25,7 +25,7 @@ use crate::friction::{self, Contact, Drive, Event, Friction, FrictionContact, Fr
 use crate::model::{Experiment, Functions, Model, Panel, Start};
 use crate::numbers::{Scalar, Varying};
 use crate::start_sized;
-use crate::system::{Indicator, Sample, System, Tables, UNUSED, references};
+use crate::system::{Indicator, Limits, Sample, System, Tables, UNUSED, references};
 use crate::variables::{Notices, ParameterError, Tunable, Values};
 
 /// The model as the library offers it.
@@ -206,7 +206,8 @@ impl<L: FrictionLaw> System<1> for VibroImpact<L> {
         State::InternalVelocity.set(&mut x, S::of(self.p.velocity0 + self.p.displacement_rate0));
         let touches = self.p.displacement0 > self.coupling.gap;
         let contact = self.contact(S::zero(), &x, &Inputs::read(u), State::Velocity.get(&x), touches);
-        (x, Memory { friction: self.friction.start(&contact), touches, impacts: 0 })
+        let friction = self.friction.start(&contact, &mut x);
+        (x, Memory { friction, touches, impacts: 0 })
     }
 
     fn states(&self) -> usize {
@@ -316,8 +317,15 @@ impl<L: FrictionLaw> System<1> for VibroImpact<L> {
         true
     }
 
+    fn limits<const N: usize>(&self) -> [Limits; N] {
+        let mut limits = self.scales().map(Limits::of_magnitude);
+        self.friction.write_limits(&mut limits);
+        limits
+    }
+
     fn scales<const N: usize>(&self) -> [f64; N] {
-        let mut scales = [self.friction.state_scale(); N];
+        let mut scales = [1.0; N];
+        self.friction.write_scales(1.0, &mut scales);
         State::ALL.iter().for_each(|state| scales[state.at(N)] = state.scale(&self.p));
         scales
     }

@@ -14,7 +14,7 @@ pub fn tables<L: FrictionLaw>() -> Tables {
     let states = states::table::<L>("friction", references::CONTACT, &[depends::V2]);
     Tables {
         inputs: Inputs::table(),
-        computed: [Outputs::<f64>::table(), states].concat(),
+        computed: [states::completed::<L>(Outputs::<f64>::table(), references::CONTACT), states].concat(),
         parameters: [Parameters::table(), friction_table::<L>()].concat(),
     }
 }

@@ -4,15 +4,17 @@
 mod hyperbolic_stribeck;
 mod lagged_bristle;
 mod loaded_dahl;
+mod rate_and_state;
 mod rooted_coulomb;
 mod two_bristles;
+mod warm_bristle;
 
 use pneumatic_servo::models::{friction_bench, pneumatic_servo_cylinder};
 use pneumatic_servo::pneumatics::actuator::Actuator;
 use pneumatic_servo::prelude::*;
 
 laws! {
-    /// The laws of the library and five more.
+    /// The laws of the library and seven more.
     pub mod catalogue {
         ..builtin;
         1000 HyperbolicStribeck "hyperbolicStribeck" StickSlip<hyperbolic_stribeck::HyperbolicStribeck>,
@@ -23,6 +25,8 @@ laws! {
             "Coulomb friction smoothed by a root (creeps)";
         1003 TwoBristles "twoBristles" two_bristles::TwoBristles, "Two of Dahl's bristles side by side";
         1004 LaggedBristle "laggedBristle" lagged_bristle::LaggedBristle, "Dahl's bristle behind a film that lags";
+        1005 RateAndState "rateAndState" rate_and_state::RateAndState, "Rate-and-state friction with the ageing law";
+        1006 WarmBristle "warmBristle" warm_bristle::WarmBristle, "Dahl's bristle that softens as it warms";
     }
 }
 

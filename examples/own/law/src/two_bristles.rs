@@ -1,17 +1,17 @@
-//! A law of no special kind, with as many states as it likes: here the forces of two bristles.
+//! A law of no special kind, with states that it names: here the deflections of two bristles.
 
 use pneumatic_servo::friction::parts::parameters::{force, length, viscous};
 use pneumatic_servo::prelude::*;
 
 parameters! {
-    /// Two of Dahl's bristles side by side, one of which yields earlier. The states are their forces at rated load.
+    /// Two of Dahl's bristles side by side, one of which yields earlier.
     ///
     /// ```text
-    /// dF_i/dt = (W_i*v - |v|*F_i)/z_ci            [N/s]
-    /// F       = lambda*(F_1 + F_2) + sigma2*v     [N]
+    /// dz_i/dt = v - |v|*z_i/z_ci                                    [m/s]
+    /// F       = lambda*(W_1*z_1/z_c1 + W_2*z_2/z_c2) + sigma2*v     [N]
     /// ```
     ///
-    /// From rest, after a way `s` in one direction: `F_i = W_i*(1 - exp(-s/z_ci))`.
+    /// From rest, after a way `s` in one direction: `z_i = z_ci*(1 - exp(-s/z_ci))`.
     TwoBristles {
         stiff_force: Tunable = force(9, "W1", 4.0).text("Force of the stiff bristle");
         stiff_distance: Tunable = length(10, "zc1", 1e-5).text("Distance over which the stiff bristle yields");
@@ -24,25 +24,24 @@ parameters! {
 impl FrictionLaw for TwoBristles {
     type Memory<S: Varying> = ();
 
-    fn states(&self) -> usize {
-        2
-    }
+    const STATES: &'static [LawState<Self>] = &[
+        LawState::new("stiff", units::METRE, |law: &Self| law.stiff_distance.value)
+            .text("Deflection of the stiff bristle"),
+        LawState::new("soft", units::METRE, |law: &Self| law.soft_distance.value)
+            .text("Deflection of the soft bristle"),
+    ];
 
-    // A law has one deflection, or up to ten forces.
-    fn state_kind(&self) -> StateKind {
-        StateKind::Force
-    }
-
-    fn state_scale(&self) -> f64 {
-        10.0
+    // Each bristle yields by itself.
+    fn couples_states() -> bool {
+        false
     }
 
     fn start<S: Varying>(&self, _contact: &Contact<S>) {}
 
-    fn force<S: Scalar>(&self, contact: &Contact<S>, f: &[S], _memory: &(), rates: &mut [S]) -> S {
-        let v = contact.velocity;
-        rates[0] = (v * self.stiff_force - v.abs() * f[0]) / self.stiff_distance;
-        rates[1] = (v * self.soft_force - v.abs() * f[1]) / self.soft_distance;
-        contact.level * (f[0] + f[1]) + v * self.viscous
+    fn force<S: Scalar>(&self, contact: &Contact<S>, z: &[S], _memory: &(), rates: &mut [S]) -> S {
+        let (v, [stiff, soft]) = (contact.velocity, [z[0] / self.stiff_distance, z[1] / self.soft_distance]);
+        rates[0] = v - v.abs() * stiff;
+        rates[1] = v - v.abs() * soft;
+        contact.level * (self.stiff_force * stiff + self.soft_force * soft) + self.viscous * v
     }
 }

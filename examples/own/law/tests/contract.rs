@@ -1,6 +1,7 @@
-//! The contract of laws that hold a mass exactly: once it has broken away, it slides.
+//! The contract of laws: a contact that has broken away slides; derivatives and dependencies are those of the equations. Laws
+//! that break it are found.
 
-use pneumatic_servo::conformance::law;
+use pneumatic_servo::conformance::{found_dependencies, law};
 use pneumatic_servo::friction::parts::parameters::force;
 use pneumatic_servo::friction::parts::stick_slip::Mode;
 use pneumatic_servo::friction::{Event, Indicators};
@@ -77,11 +78,46 @@ impl FrictionLaw for Unchecked {
     }
 }
 
+parameters! {
+    /// A bristle that wears, by equations that say less of themselves than they do.
+    Careless {
+        stiffness: Tunable = Variable::parameter(0, "k", units::NEWTON_PER_METRE, 1e3).text("Stiffness");
+    }
+}
+
+impl FrictionLaw for Careless {
+    type Memory<S: Varying> = ();
+
+    const STATES: &'static [LawState<Self>] = &[
+        LawState::new("bristle", units::METRE, |_| 1e-3),
+        LawState::new("wear", units::ONE, |_| 1.0).range(1e-3, f64::INFINITY),
+    ];
+
+    // The wear depends on the bristle.
+    fn couples_states() -> bool {
+        false
+    }
+
+    fn start_states<S: Varying>(&self, _contact: &Contact<S>, z: &mut [S]) {
+        z[1] = S::constant(0.01);
+    }
+
+    fn start<S: Varying>(&self, _contact: &Contact<S>) {}
+
+    fn force<S: Scalar>(&self, contact: &Contact<S>, z: &[S], _memory: &(), rates: &mut [S]) -> S {
+        rates[0] = contact.velocity - z[0];
+        rates[1] = z[0] * z[0];
+        // The logarithm ends where wear does; the value has no derivative.
+        contact.level * self.stiffness * z[0] + S::constant(z[1].ln().value())
+    }
+}
+
 laws! {
-    /// The law twice.
+    /// Laws that keep the contract, and laws that do not.
     pub mod catalogue {
         1000 Grip "grip" StickSlip<Grip>, "Coulomb friction, more or less of it while sliding";
         1001 Unchecked "unchecked" Unchecked, "The same, unchecked";
+        1002 Careless "careless" Careless, "A bristle that wears";
     }
 }
 
@@ -124,4 +160,18 @@ fn event_that_repeats_without_end_is_named() -> Outcome {
 #[should_panic(expected = "breaks away under 1.0000000")]
 fn conformance_finds_friction_that_pushes_back() {
     law::yields::<catalogue::Friction>("Unchecked");
+}
+
+/// States are drawn where they have a meaning, and messages have their names.
+#[test]
+#[should_panic(expected = "Careless: the derivative of the friction force by careless.wear is 0 by dual numbers")]
+fn conformance_names_the_state_of_a_lost_derivative() {
+    law::derivatives::<catalogue::Friction>("Careless");
+}
+
+#[test]
+#[should_panic(expected = "der(friction.careless.wear) on friction.careless.bristle")]
+fn conformance_names_coupled_states_that_are_not_declared() {
+    let moved = Setup::new(&BENCH).set("friction.law", "Careless").and_then(|setup| setup.set("driveVelocity", 1e-3));
+    found_dependencies(&moved.expect("a velocity"));
 }

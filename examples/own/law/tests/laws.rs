@@ -6,6 +6,7 @@ use pneumatic_servo::conformance::law::MOST;
 use pneumatic_servo::conformance::{Claims, found_dependencies, law, repeats};
 use pneumatic_servo::models;
 use pneumatic_servo::prelude::*;
+use pneumatic_servo::variables::Kind;
 
 type Outcome = Result<(), Box<dyn std::error::Error>>;
 
@@ -103,6 +104,66 @@ fn coupled_states_are_declared() -> Outcome {
     Ok(())
 }
 
+/// From the age of the reference velocity: `theta = L/v + (L/v_0 - L/v)*exp(-v*t/L)`, and friction in steady sliding is
+/// `F_c + (a - b)*ln(v/v_0)` and the viscous part.
+#[test]
+fn age_follows_the_closed_form() -> Outcome {
+    for velocity in [1e-4f64, 1e-2, -1e-2] {
+        let mut bench = moved("RateAndState", velocity)?.start(0.0)?;
+        let (distance, reference, speed) = (1e-5, 1e-3, velocity.abs());
+        assert_eq!(bench.get("friction.rateAndState.theta")?, distance / reference);
+        for step in 1..=50 {
+            bench.step(1e-3)?;
+            let decay = (-speed * f64::from(step) * 1e-3 / distance).exp();
+            let expected = distance / speed + (distance / reference - distance / speed) * decay;
+            let found = bench.get("friction.rateAndState.theta")?;
+            assert!((found - expected).abs() < 1e-5 * expected, "{found} s, not {expected} s, at step {step}");
+        }
+        bench.advance_to(1.0)?;
+        let steady = 8.3 + (1.5 - 1.8) * (speed / reference).ln() + 30.0 * speed;
+        let found = bench.get("frictionForce")? * velocity.signum();
+        assert!((found - steady).abs() < 1e-4, "{found} N, not {steady} N, at {velocity} m/s");
+    }
+    Ok(())
+}
+
+/// In steady sliding `C*w*(1 + beta*w) = F_c*v`.
+#[test]
+fn contact_fades_as_it_warms() -> Outcome {
+    let mut bench = moved("WarmBristle", 0.5)?.start(0.0)?;
+    bench.advance_to(2.0)?;
+    let warming = ((1.0 + 4.0 * 0.02 * 8.3 * 0.5 / 0.2_f64).sqrt() - 1.0) / (2.0 * 0.02);
+    let found = bench.get("friction.warmBristle.temperature")? - 293.15;
+    assert!((found - warming).abs() < 1e-4, "{found} K, not {warming} K");
+    let (force, faded) = (bench.get("frictionForce")?, 8.3 / (1.0 + 0.02 * warming) + 15.0);
+    assert!((force - faded).abs() < 1e-4, "{force} N, not {faded} N");
+    Ok(())
+}
+
+/// Named states are variables in the group of their law, with units, rates and what these depend on.
+#[test]
+fn named_states_are_variables_of_their_law() -> Outcome {
+    for model in [&BENCH, &CYLINDER] {
+        let table = model.table();
+        let variable = |name: &str| table.find(name).map(|entry| entry.variable).ok_or(name.to_owned());
+        let (bristle, warmth) =
+            (variable("friction.warmBristle.bristle")?, variable("friction.warmBristle.temperature")?);
+        let rate = variable("der(friction.warmBristle.temperature)")?;
+        assert_eq!([bristle.kind, warmth.kind], [units::METRE, units::KELVIN].map(Kind::Real));
+        assert_eq!((rate.kind, rate.derivative_of), (Kind::Real(units::KELVIN_PER_SECOND), Some(warmth.reference)));
+        assert!(rate.depends_on.contains(&bristle.reference), "{:?}", rate.depends_on);
+        assert!(variable("frictionForce")?.depends_on.contains(&warmth.reference));
+        let theta = variable("der(friction.rateAndState.theta)")?;
+        assert!(!theta.depends_on.contains(&warmth.reference), "{:?}", theta.depends_on);
+    }
+    let mut cylinder = Setup::new(&CYLINDER).set("friction.law", "WarmBristle")?.start(0.0)?;
+    cylinder.set("valveVoltage", 7.0)?;
+    cylinder.advance_to(0.3)?;
+    assert!(cylinder.get("friction.warmBristle.temperature")? > 293.2);
+    assert_eq!(cylinder.get("friction.rateAndState.theta")?, 0.0, "a state of another law");
+    Ok(())
+}
+
 /// A law of the library gives the same bits beside laws of one's own.
 #[test]
 fn laws_of_the_library_keep_their_bits() -> Outcome {
@@ -132,12 +193,22 @@ fn new_laws_keep_what_laws_promise() {
     law::<Friction>("TwoBristles", Claims { odd: true, stored: Some(of_both) });
     // What lags may push for a while: no bound on what it gives back is claimed.
     law::<Friction>("LaggedBristle", Claims { odd: true, stored: None });
+    law::<Friction>("RateAndState", Claims { odd: true, stored: Some(0.0) });
+    law::<Friction>("WarmBristle", Claims { odd: true, stored: None });
 }
 
 /// They move the cylinder, and saved states repeat to the bit.
 #[test]
 fn cylinder_runs_under_the_new_laws_and_repeats_from_saved_states() -> Outcome {
-    for law in ["HyperbolicStribeck", "LoadedDahl", "RootedCoulomb", "TwoBristles", "LaggedBristle"] {
+    for law in [
+        "HyperbolicStribeck",
+        "LoadedDahl",
+        "RootedCoulomb",
+        "TwoBristles",
+        "LaggedBristle",
+        "RateAndState",
+        "WarmBristle",
+    ] {
         let setup = Setup::new(&CYLINDER).set("friction.law", law)?.set("valveVoltage", 6.5)?;
         let mut plant = setup.start(0.0)?;
         plant.advance_to(0.3)?;
