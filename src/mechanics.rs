@@ -1,6 +1,6 @@
 //! Gravity, contacts that only push, end stops.
 
-use crate::numbers::Scalar;
+use crate::numbers::{Scalar, Tangent, Tangents};
 use crate::system::Limits;
 
 /// Standard acceleration of gravity in m/s2.
@@ -17,9 +17,9 @@ pub const GRAVITY: f64 = 9.80665;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OneSided {
     /// Stiffness `k` in N/m.
-    pub stiffness: f64,
+    pub stiffness: Tangent,
     /// Dissipation coefficient `c` in s/m.
-    pub damping: f64,
+    pub damping: Tangent,
 }
 
 impl OneSided {
@@ -46,35 +46,35 @@ impl OneSided {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EndStops {
     /// Stroke in m.
-    pub stroke: f64,
+    pub stroke: Tangent,
     /// The contact at either end.
     pub contact: OneSided,
     /// Clearance `d` in m behind the stop at position 0 and behind that at the end of the stroke.
-    pub clearances: [f64; 2],
+    pub clearances: Tangents,
 }
 
 impl EndStops {
     /// Which of the stops acts at a position in m: that at position 0, that at the end of the stroke.
     #[inline(always)]
     pub fn touched(&self, position: f64) -> [bool; 2] {
-        [position < 0.0, position > self.stroke]
+        [position < 0.0, position > self.stroke.value]
     }
 
     /// Between which positions a solver outside gets the equations as they are: until a ten thousandth of a
     /// clearance is left, deeper than blows carry the piston.
     pub fn limits(&self) -> Limits {
         const LEFT: f64 = 1e-4;
-        let [low, high] = self.clearances;
-        Limits::between([-low * (1.0 - LEFT), self.stroke + high * (1.0 - LEFT)], [low * LEFT, high * LEFT])
+        let [low, high] = self.clearances.values;
+        Limits::between([-low * (1.0 - LEFT), self.stroke.value + high * (1.0 - LEFT)], [low * LEFT, high * LEFT])
     }
 
     /// Force in N on the carriage towards +x.
     #[inline(always)]
     pub fn force<S: Scalar>(&self, position: S, velocity: S) -> S {
         if position.value() < 0.0 {
-            self.contact.force(hardened(-position, self.clearances[0]), -velocity)
-        } else if position.value() > self.stroke {
-            -self.contact.force(hardened(position - self.stroke, self.clearances[1]), velocity)
+            self.contact.force(hardened(-position, self.clearances.side(0)), -velocity)
+        } else if position.value() > self.stroke.value {
+            -self.contact.force(hardened(position - self.stroke, self.clearances.side(1)), velocity)
         } else {
             S::zero()
         }
@@ -82,9 +82,9 @@ impl EndStops {
 }
 
 /// The penetration that a stop of constant stiffness would need for the force of one with a clearance.
-fn hardened<S: Scalar>(penetration: S, clearance: f64) -> S {
+fn hardened<S: Scalar>(penetration: S, clearance: Tangent) -> S {
     let half = 0.5 * clearance;
-    if penetration.value() <= half {
+    if penetration.value() <= half.value {
         return penetration;
     }
     let ratio = (penetration - half) / (-penetration + clearance);
@@ -98,8 +98,11 @@ mod tests {
     use super::*;
     use crate::numbers::Real;
 
-    const STOPS: EndStops =
-        EndStops { stroke: 0.5, contact: OneSided { stiffness: 1e6, damping: 0.75 }, clearances: [0.02, 0.03] };
+    const STOPS: EndStops = EndStops {
+        stroke: Tangent::still(0.5),
+        contact: OneSided { stiffness: Tangent::still(1e6), damping: Tangent::still(0.75) },
+        clearances: Tangents { values: [0.02, 0.03], slopes: [0.0; 2] },
+    };
 
     fn force(position: f64, velocity: f64) -> f64 {
         STOPS.force(Real::of(position), Real::of(velocity)).value

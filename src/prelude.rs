@@ -23,6 +23,6 @@ pub use crate::pneumatics::actuator::Actuating;
 pub use crate::system::{Event, System, Tables};
 pub use crate::system::{Sample, UNUSED};
 pub use crate::variables::{
-    Choice, Meaning, Notice, ParameterError, ParameterSet, Tunable, Unit, Values, Variable, units,
+    Choice, Fixed, Meaning, Notice, ParameterError, ParameterSet, Tunable, Unit, Values, Variable, units,
 };
 pub use crate::{actuators, enumeration, inputs, laws, outputs, parameters, states};

@@ -2,9 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::numbers::{Scalar, Varying, random};
+use crate::numbers::{Number, Scalar, Tangent, Varying, random};
 use crate::system::Sample;
-use crate::variables::{Field, Meaning, ParameterError, Tunable, Unit, Variable, units};
+use crate::variables::{Field, Fixed, Meaning, ParameterError, Tunable, Unit, Variable, units};
 
 /// A sensor with lag, offset, noise, resolution and sample time; with all of them 0 it reads the quantity itself.
 ///
@@ -26,11 +26,11 @@ use crate::variables::{Field, Meaning, ParameterError, Tunable, Unit, Variable, 
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sensor {
     /// What is added to the quantity.
-    pub offset: f64,
+    pub offset: Tangent,
     /// Time constant `tau` in s of the lag.
-    pub lag: f64,
+    pub lag: Tangent,
     /// Standard deviation of the noise of a sample.
-    pub noise: f64,
+    pub noise: Tangent,
     /// Step `r` of the readings.
     pub resolution: f64,
     /// Sample time `T` in s.
@@ -63,10 +63,12 @@ pub struct Memory<S> {
 const SHORTEST: f64 = 1e-5;
 
 impl Field for Sensor {
+    type Value = Self;
     const LEN: usize = 5;
 
     fn read(values: &[Tunable]) -> Option<Self> {
-        let [offset, lag, noise, resolution, sample_time] = Field::read(values)?;
+        let [offset, lag, noise, resolution, sample_time] = <[Fixed; Self::LEN]>::read(values)?;
+        let [resolution, sample_time] = [resolution, sample_time].map(Tangent::value);
         Some(Self { offset, lag, noise, resolution, sample_time })
     }
 }
@@ -99,12 +101,12 @@ impl Sensor {
     /// # Errors
     /// [`ParameterError`] that names the variable without its group.
     pub fn check(&self) -> Result<(), ParameterError> {
-        for (name, value) in [("lag", self.lag), ("sampleTime", self.sample_time)] {
+        for (name, value) in [("lag", self.lag.value), ("sampleTime", self.sample_time)] {
             if value > 0.0 && value < SHORTEST {
                 return Err(ParameterError::new(name, value, &format!("it must be 0 or at least {SHORTEST}")));
             }
         }
-        for (name, value) in [("noise", self.noise), ("resolution", self.resolution)] {
+        for (name, value) in [("noise", self.noise.value), ("resolution", self.resolution)] {
             if value > 0.0 && self.sample_time == 0.0 {
                 return Err(ParameterError::new(name, value, "only samples have it: set sampleTime, too"));
             }
@@ -114,7 +116,9 @@ impl Sensor {
 
     /// Whether it reads anything but the quantity.
     pub fn is_used(&self) -> bool {
-        [self.offset, self.lag, self.noise, self.resolution, self.sample_time] != [0.0; Self::LEN]
+        [self.offset, self.lag, self.noise].into_iter().any(Tangent::is_used)
+            || self.resolution != 0.0
+            || self.sample_time != 0.0
     }
 
     /// Whether it has a state.
@@ -133,7 +137,7 @@ impl Sensor {
     pub fn rate<S: Scalar>(&self, quantity: S, lagged: S) -> S {
         // No lag is shorter. Compilers divide before they ask whether there is one, which a host that traps divisions by zero would
         // not survive.
-        (quantity - lagged) / self.lag.max(SHORTEST)
+        (quantity - lagged) / self.lag.max(Tangent::still(SHORTEST))
     }
 
     /// The reading.
@@ -146,13 +150,13 @@ impl Sensor {
         if self.sample_time == 0.0 {
             return Sample::never();
         }
-        Sample::periodic(memory.next as f64 * self.sample_time, self.sample_time)
+        Sample::periodic(S::of(memory.next as f64 * self.sample_time), self.sample_time)
     }
 
     /// Takes a sample. One that is rounded has no derivative.
     pub fn sample<S: Varying>(&self, quantity: S, lagged: S, memory: &mut Memory<S>) {
         let mut reading = self.seen(quantity, lagged);
-        if self.noise > 0.0 {
+        if self.noise.is_used() {
             reading = reading + self.noise * random::normal(&mut memory.random);
         }
         if self.resolution > 0.0 {
@@ -178,7 +182,12 @@ mod tests {
     use super::*;
     use crate::numbers::Real;
 
-    const PERFECT: Sensor = Sensor { offset: 0.0, lag: 0.0, noise: 0.0, resolution: 0.0, sample_time: 0.0 };
+    const PERFECT: Sensor =
+        Sensor { offset: still(0.0), lag: still(0.0), noise: still(0.0), resolution: 0.0, sample_time: 0.0 };
+
+    const fn still(value: f64) -> Tangent {
+        Tangent::still(value)
+    }
 
     fn reading(sensor: &Sensor, quantity: f64, lagged: f64, memory: &Memory<Real>) -> f64 {
         sensor.reading(Real::of(quantity), Real::of(lagged), memory).value
@@ -194,7 +203,7 @@ mod tests {
 
     #[test]
     fn sample_is_rounded_and_held() {
-        let sensor = Sensor { offset: 0.02, resolution: 0.25, sample_time: 1e-3, ..PERFECT };
+        let sensor = Sensor { offset: still(0.02), resolution: 0.25, sample_time: 1e-3, ..PERFECT };
         let mut memory = sensor.start(Real::of(1.0), 1);
         assert_eq!(reading(&sensor, 5.0, 0.0, &memory), 1.0);
         for (quantity, expected) in [(1.1, 1.0), (1.11, 1.25), (-0.2, -0.25)] {
@@ -207,7 +216,7 @@ mod tests {
     /// Of 10,000 numbers the mean is off by a hundredth of the deviation, that by 0.7 %.
     #[test]
     fn noise_has_its_standard_deviation() {
-        let sensor = Sensor { noise: 0.5, sample_time: 1e-3, ..PERFECT };
+        let sensor = Sensor { noise: still(0.5), sample_time: 1e-3, ..PERFECT };
         let mut memory = sensor.start(Real::of(0.0), 12);
         let errors: Vec<f64> = (0..10_000)
             .map(|_| {
@@ -225,12 +234,15 @@ mod tests {
     #[test]
     fn noise_without_samples_is_refused_by_name() {
         for (sensor, expected) in [
-            (Sensor { noise: 0.1, ..PERFECT }, "noise = 0.1 is refused: only samples have it: set sampleTime, too"),
+            (
+                Sensor { noise: still(0.1), ..PERFECT },
+                "noise = 0.1 is refused: only samples have it: set sampleTime, too",
+            ),
             (
                 Sensor { resolution: 2.0, ..PERFECT },
                 "resolution = 2 is refused: only samples have it: set sampleTime, too",
             ),
-            (Sensor { lag: 1e-7, ..PERFECT }, "lag = 0.0000001 is refused: it must be 0 or at least 0.00001"),
+            (Sensor { lag: still(1e-7), ..PERFECT }, "lag = 0.0000001 is refused: it must be 0 or at least 0.00001"),
         ] {
             assert_eq!(sensor.check().unwrap_err().to_string(), expected);
         }

@@ -9,7 +9,7 @@ use pneumatic_servo::co_simulation::{Simulation, Snapshot, SnapshotError};
 use pneumatic_servo::conformance;
 use pneumatic_servo::friction::LAWS;
 use pneumatic_servo::model::Saved;
-use pneumatic_servo::model::{Model, Setup, Start};
+use pneumatic_servo::model::{Model, Seeds, Setup, Start};
 use pneumatic_servo::models;
 use pneumatic_servo::variables::{Chosen, Kind, Role, Table, Variable};
 use rig::Rig;
@@ -26,7 +26,7 @@ fn running(model: &Model, law: i32) -> Box<dyn Simulation> {
         parameters[place] = f64::from(law);
     }
     let inputs: Vec<f64> = starts(|variable| variable.role == Role::Input).iter().map(|u| 1.1 * u + 0.3).collect();
-    let start = Start { time: 0.0, parameters: &parameters, inputs: &inputs, tolerance: None };
+    let start = Start { time: 0.0, parameters: &parameters, inputs: &inputs, tolerance: None, seeds: Seeds::NONE };
     (model.functions.start)(&start).unwrap_or_else(|error| panic!("{}: {error}", model.name))
 }
 
@@ -36,7 +36,7 @@ fn started(model: &Model, time: f64) -> Box<dyn Simulation> {
         |variables: &mut dyn Iterator<Item = &Variable>| variables.filter_map(|it| it.start).collect::<Vec<_>>();
     let table = model.table();
     let (parameters, inputs) = (starts(&mut table.parameters()), starts(&mut table.inputs()));
-    let start = Start { time, parameters: &parameters, inputs: &inputs, tolerance: None };
+    let start = Start { time, parameters: &parameters, inputs: &inputs, tolerance: None, seeds: Seeds::NONE };
     (model.functions.start)(&start).unwrap_or_else(|error| panic!("{}: {error}", model.name))
 }
 

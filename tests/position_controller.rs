@@ -131,7 +131,9 @@ fn integral_part_leaves_the_limit() {
 /// The inverse in front of a valve with a dead zone opens it as far as the command opens one without.
 #[test]
 fn dead_zone_is_inverted_exactly() {
-    let valve = Valve { centre: Tunable::still(5.0), spool: Spool::new(100.0, 0.7), hysteresis: 0.0, polarity: 1.0 };
+    let still = Tunable::still;
+    let spool = Spool::new(still(100.0), still(0.7));
+    let valve = Valve { centre: still(5.0), spool, hysteresis: still(0.0), polarity: 1.0 };
     let conductance =
         |dead_zone: f64, spool: f64| 4e-9 * Opening::linear(Tunable::still(dead_zone)).at(Real::of(spool)).0[0].value;
     let spool_at = |voltage: f64| valve.command(Real::of(voltage)).value;

@@ -3,7 +3,7 @@
 use pneumatic_servo::co_simulation::Simulation;
 use pneumatic_servo::friction::LAWS;
 use pneumatic_servo::model::Plant;
-use pneumatic_servo::model::{Setup, Start};
+use pneumatic_servo::model::{Seeds, Setup, Start};
 use pneumatic_servo::models::{self, friction_bench, pneumatic_servo_cylinder as cylinder};
 
 use pneumatic_servo::conformance::Random;
@@ -82,7 +82,7 @@ fn stick_slip(time: f64) -> Box<dyn Simulation> {
     };
     let parameters: Vec<f64> = table.parameters().map(|it| value(&it.name, it.start)).collect();
     let inputs: Vec<f64> = table.inputs().map(|it| value(&it.name, it.start)).collect();
-    let start = Start { time, parameters: &parameters, inputs: &inputs, tolerance: None };
+    let start = Start { time, parameters: &parameters, inputs: &inputs, tolerance: None, seeds: Seeds::NONE };
     (friction_bench::MODEL.functions.start)(&start).expect("legal values")
 }
 
@@ -127,7 +127,7 @@ fn saved_states_hold_the_states_that_are_integrated_and_no_others() {
     for (item, volume) in LAWS.items.iter().flat_map(|item| [(item, 0.0), (item, 1e-4)]) {
         let mut parameters: Vec<f64> = table.parameters().filter_map(|it| it.start).collect();
         (parameters[law], parameters[vessel]) = (item.0.into(), volume);
-        let start = Start { time: 0.0, parameters: &parameters, inputs: &inputs, tolerance: None };
+        let start = Start { time: 0.0, parameters: &parameters, inputs: &inputs, tolerance: None, seeds: Seeds::NONE };
         let run = || (cylinder::MODEL.functions.start)(&start).expect("defaults");
         let (mut first, mut second) = (run(), run());
         first.advance(0.05).expect("a step");

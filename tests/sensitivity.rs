@@ -57,7 +57,7 @@ fn stopping_distance_under_coulomb_friction() {
     // Differences of one evaluation hold ten digits.
     assert_near(&of(&mut plant, "position", 3), &expected, 1e-9);
     assert_eq!(of(&mut plant, "velocity", 3), [0.0; 3], "what sticks has no velocity, whatever the parameters");
-    let [stop] = plant.crossings() else { panic!("one event: {:?}", plant.crossings()) };
+    let [stop] = &plant.crossings()[..] else { panic!("one event: {:?}", plant.crossings()) };
     assert_eq!(stop.event, "stop");
     assert_near(&[stop.rate], &[-friction / mass], 1e-9);
     assert_near(&stop.delays, &[-mass * speed / (friction * friction), mass / friction, speed / friction], 1e-9);
@@ -235,13 +235,14 @@ fn sensitivities_of_karnopp_are_those_of_differences() {
     agrees_with_differences("Karnopp", "friction.karnopp.Fs");
 }
 
-/// Differences of runs of 0.25 s at a tolerance of 1e-9: most laws agree to 1e-6 and better.
+/// Differences of runs of 0.25 s at a tolerance of 1e-9: most laws agree to 1e-6 and better. Slopes converge with the tolerance; those of
+/// elements that slip one by one need more of it.
 ///
 /// Under law Bristle the force is that of bonds that break one after the other: differences straddle some of these.
 #[test]
 fn sensitivities_under_all_laws_are_those_of_differences() {
     for (_, law, _) in LAWS.items.iter().filter(|(_, law, _)| *law != "DNLRX") {
-        let setup = cylinder(law, 1e-9);
+        let setup = cylinder(law, if *law == "MaxwellSlip" { 1e-10 } else { 1e-9 });
         let names = ["valve.C", "mass.moving"];
         let (slopes, _) = sensitivities(&setup, 0.25, &names);
         let bound = if *law == "Bristle" { 4e-3 } else { 1e-5 };

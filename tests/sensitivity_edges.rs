@@ -86,10 +86,10 @@ fn readings_of_the_same_instant_have_the_slopes_of_their_quantities() {
 /// Elements that come to their limits together slip together, and a motion that has just reversed is near a bend.
 #[test]
 fn reversals_have_derivatives_under_laws_of_hysteresis() {
-    for law in ["MaxwellSlip", "Leuven"] {
+    for (law, bound) in [("MaxwellSlip", 1e-5), ("Leuven", 1e-6)] {
         let setup = setup(law, &[]);
         let distance = distance(&setup, |t| 5.0 + 1.5 * (2.0 * TAU * t).sin(), 0.6, "mass.moving", [1e-5, -1e-5]);
-        assert!(distance < 1e-5, "{law}: {distance}");
+        assert!(distance < bound, "{law}: {distance}");
     }
 }
 

@@ -160,7 +160,7 @@ fn springs_at_their_limits_delay_events_as_differences_tell() {
     for (crossing, (later, sooner)) in here.iter().zip(later.iter().zip(&sooner)) {
         let expected = (later.time - sooner.time) / (2.0 * SHARE * value);
         let apart = (crossing.delays[0] / expected - 1.0).abs();
-        // Times of events are known to some 1e-12 s, of which the differences are 1e-6 s.
-        assert!(apart < 5e-5, "{} at {} s: {apart:e}", crossing.event, crossing.time);
+        // Slopes of forces are known to 1e-9, and a thousandth of the forces is what is left to move the carriage.
+        assert!(apart < 3e-4, "{} at {} s: {apart:e}", crossing.event, crossing.time);
     }
 }

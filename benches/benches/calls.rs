@@ -6,7 +6,7 @@ use benchmark::case::{self, Case, STEP, inputs, voltage};
 use benchmark::host::Host;
 use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
 use nalgebra::{Const, DimMin, SMatrix, SVector};
-use pneumatic_servo::model::Start;
+use pneumatic_servo::model::{Seeds, Start};
 use pneumatic_servo::models::pneumatic_servo_cylinder::PneumaticServoCylinder;
 use pneumatic_servo::prelude::{Real, Scalar};
 use pneumatic_servo::session::build;
@@ -19,8 +19,9 @@ const TOLERANCE: f64 = 1e-6;
 fn equations(criterion: &mut Criterion) {
     for case in case::all() {
         let inputs = inputs();
-        let start = Start { time: 0.0, parameters: &case.parameters, inputs: &inputs, tolerance: None };
-        let (system, _) = build::<PneumaticServoCylinder, 3>(&start, &[]).expect("legal parameters");
+        let start =
+            Start { time: 0.0, parameters: &case.parameters, inputs: &inputs, tolerance: None, seeds: Seeds::NONE };
+        let (system, _) = build::<PneumaticServoCylinder, 3>(&start).expect("legal parameters");
         match system.states() {
             8 => time_equations::<8>(criterion, &case),
             9 => time_equations::<9>(criterion, &case),
@@ -37,8 +38,8 @@ where
 {
     let moving = case.clone().with("velocity0", 0.05);
     let u = [6.0, 0.0, 5e5];
-    let start = Start { time: 0.0, parameters: &moving.parameters, inputs: &u, tolerance: None };
-    let (system, _) = build::<PneumaticServoCylinder, 3>(&start, &[]).expect("legal parameters");
+    let start = Start { time: 0.0, parameters: &moving.parameters, inputs: &u, tolerance: None, seeds: Seeds::NONE };
+    let (system, _) = build::<PneumaticServoCylinder, 3>(&start).expect("legal parameters");
     let (x, memory) = system.start::<Real, N>(&Real::all(&u));
     criterion.bench_function(&format!("right-hand side/{}", case.name), |bencher| {
         bencher.iter(|| {

@@ -12,7 +12,7 @@ use nalgebra::SMatrix;
 use pneumatic_servo::friction::Indicators;
 use pneumatic_servo::mechanics::{EndStops, OneSided};
 use pneumatic_servo::models::pneumatic_servo_cylinder::{Memory, PRESSURE_A, PRESSURE_B, PneumaticServoCylinder};
-use pneumatic_servo::numbers::{Dual, Real, Scalar};
+use pneumatic_servo::numbers::{Dual, Real, Scalar, Tangent};
 use pneumatic_servo::system::System;
 
 use crate::case::{Case, DURATION, STEP, inputs, voltage};
@@ -118,17 +118,16 @@ impl Outputs {
     fn new(case: &Case) -> Self {
         let area = |diameter: &str| std::f64::consts::PI / 4.0 * case.parameter(diameter).powi(2);
         let (bore, rod) = (area("cylinder.bore"), area("cylinder.rod"));
+        let still = |name: &str| Tangent::still(case.parameter(name));
         let dead_force = case.parameter("ambientPressure") * rod + case.parameter("wireForce");
         let stops = EndStops {
-            stroke: case.parameter("cylinder.stroke"),
-            contact: OneSided {
-                stiffness: case.parameter("cylinder.stopStiffness"),
-                damping: case.parameter("cylinder.stopDamping"),
-            },
+            stroke: still("cylinder.stroke"),
+            contact: OneSided { stiffness: still("cylinder.stopStiffness"), damping: still("cylinder.stopDamping") },
             clearances: [
-                case.parameter("chamberA.deadVolume") / bore,
-                case.parameter("chamberB.deadVolume") / (bore - rod),
-            ],
+                Tangent::still(case.parameter("chamberA.deadVolume") / bore),
+                Tangent::still(case.parameter("chamberB.deadVolume") / (bore - rod)),
+            ]
+            .into(),
         };
         Self { area_a: bore, area_b: bore - rod, dead_force, stops, mass: case.parameter("mass.moving") }
     }

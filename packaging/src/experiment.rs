@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use anyhow::{Context, Result, ensure};
-use pneumatic_servo::model::{Model, Start};
+use pneumatic_servo::model::{Model, Seeds, Start};
 use pneumatic_servo::variables::Variable;
 
 /// The default experiments of models, for programs that do not link the plant.
@@ -59,7 +59,8 @@ impl Run {
         let inputs_at = |index: usize| -> Vec<f64> {
             table.inputs().map(|input| input_at(input, index).unwrap_or(starts(input))).collect()
         };
-        let start = Start { time: 0.0, parameters: &parameters, inputs: &inputs_at(0), tolerance: None };
+        let start =
+            Start { time: 0.0, parameters: &parameters, inputs: &inputs_at(0), tolerance: None, seeds: Seeds::NONE };
         let mut simulation = (model.functions.start)(&start)?;
         let variables = table.inputs().chain(table.computed());
         let mut curves: Vec<_> = variables.map(|variable| Curve { variable, values: Vec::new() }).collect();

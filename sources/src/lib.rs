@@ -9,7 +9,7 @@ use std::fmt::Display;
 use std::ptr;
 
 use pneumatic_servo::co_simulation::{Embedded, Simulation};
-use pneumatic_servo::model::{Model, Start};
+use pneumatic_servo::model::{Model, Seeds, Start};
 use pneumatic_servo::solver::StepError;
 use pneumatic_servo::system::System;
 use pneumatic_servo::variables::ParameterError;
@@ -121,7 +121,7 @@ pub fn begin<E: System<U> + 'static, const N: usize, const U: usize>(
 pub fn begin_model(model: &Model, parameters: &[f64], inputs: &[f64]) -> Result<Box<dyn Running>, ParameterError> {
     let mut all = vec![0.0; model.table().parameters().count()];
     all[..parameters.len()].copy_from_slice(parameters);
-    let run = model.begin(&Start { time: 0.0, parameters: &all, inputs, tolerance: None })?;
+    let run = model.begin(&Start { time: 0.0, parameters: &all, inputs, tolerance: None, seeds: Seeds::NONE })?;
     Ok(Box::new(Modelled { run, parameters: all }))
 }
 

@@ -2,13 +2,14 @@
 
 mod embedded;
 mod simulator;
+#[cfg(feature = "sensitivities")]
+mod varied;
 
 #[doc(hidden)]
 pub use self::embedded::Embedded;
 #[doc(hidden)]
-pub use self::simulator::{Simulator, snapshot_size};
+pub use self::simulator::{Product, Simulator, snapshot_size};
 use crate::model_exchange::Exchange;
-use crate::sensitivity::Differentiable;
 pub use crate::session::{Direction, Snapshot, SnapshotError};
 use crate::solver::StepError;
 use crate::system::Indicator;
@@ -18,9 +19,14 @@ use crate::variables::{Notices, ParameterError};
 ///
 /// Slices of inputs, parameters and computed values follow the order in which the variable table lists the
 /// variables of that kind ([`Table`](crate::variables::Table)).
-pub trait Simulation: Differentiable + Send {
+pub trait Simulation: Send {
     /// Current time in s.
     fn time(&self) -> f64;
+
+    /// Time in s that steps of a size are added to: since the start of the run, where it counts from there.
+    fn elapsed(&self) -> f64 {
+        self.time()
+    }
 
     /// Sets the inputs at the current time and their slopes in 1/s, which hold until they are set again.
     ///
@@ -89,6 +95,13 @@ pub trait Simulation: Differentiable + Send {
     /// Writes the derivative of all computed variables in a direction of time, inputs, continuous states and tunable
     /// parameters, exact to rounding.
     fn directional_derivative(&self, direction: Direction, computed: &mut [f64]);
+
+    /// The index of a continuous state, numbered as in a [`Direction`], in the vector that is integrated, if it is in there.
+    ///
+    /// A model without continuous states has nothing to say.
+    fn state_index(&self, _state: usize) -> Option<usize> {
+        None
+    }
 
     /// Moves a continuous state, numbered as in a [`Direction`], to a finite value, at the present time and with the present
     /// modes; tells whether it is integrated. Nothing is changed if it is not.

@@ -3,11 +3,9 @@
 use super::Simulation;
 use crate::model_exchange::{Exchange, Exchanger};
 use crate::numbers::{Real, Scalar};
-use crate::sensitivity::Differentiable;
-#[cfg(feature = "sensitivities")]
-use crate::sensitivity::{Equations, Erased};
+use crate::sensitivity::Varied;
 use crate::session::{Direction, Session, Snapshot, SnapshotError, Start, check_outputs};
-use crate::solver::{Counters, Mark, Progress, Run, Settings, StepError};
+use crate::solver::{Counters, Progress, Run, Settings, StepError};
 use crate::system::{Indicator, System};
 use crate::variables::{Notices, ParameterError};
 
@@ -17,7 +15,7 @@ use crate::variables::{Notices, ParameterError};
 #[macro_export]
 macro_rules! start_sized {
     ($start:expr, $equations:ty, $inputs:expr, [$($sizes:tt)+]) => {{
-        let (equations, settings) = $crate::session::build::<$equations, { $inputs }>($start, &[])?;
+        let (equations, settings) = $crate::session::build::<$equations, { $inputs }>($start)?;
         $crate::run_sized!($start, equations, settings, $inputs, [$($sizes)+])
     }};
 }
@@ -32,8 +30,7 @@ macro_rules! run_sized {
         let states = $crate::system::System::states(&equations);
         $(
             if true $(&& $when)? && states <= $states {
-                break 'run $crate::co_simulation::Simulator::<_, { $states }, { $inputs }>::new(equations, settings, $start)
-                    .map(|run| Box::new(run) as Box<dyn $crate::co_simulation::Simulation>);
+                break 'run $crate::co_simulation::Product::make::<_, { $states }, { $inputs }>(equations, settings, $start);
             }
         )+
         Err($crate::variables::ParameterError::new("states", states as f64, "the model is compiled for fewer"))
@@ -45,6 +42,49 @@ macro_rules! run_sized {
 #[doc(hidden)]
 pub const fn snapshot_size<E: System<U>, const U: usize>(states: usize) -> usize {
     size_of::<f64>() * states + size_of::<(E::Memory<Real>, Progress, f64)>() / 4 * 5 + 128
+}
+
+/// What runs equations: a plain run, or one in numbers with slopes. Each size of the vector of states is compiled for both.
+pub trait Product: Sized {
+    /// A run of equations from their start; `N` is the number of their states, or more.
+    ///
+    /// # Errors
+    /// [`ParameterError`] when the equations write other variables than the table lists, or there are no runs with slopes.
+    fn make<E: System<U>, const N: usize, const U: usize>(
+        equations: E,
+        settings: Settings,
+        start: &Start,
+    ) -> Result<Self, ParameterError>;
+}
+
+impl Product for Box<dyn Simulation> {
+    fn make<E: System<U>, const N: usize, const U: usize>(
+        equations: E,
+        settings: Settings,
+        start: &Start,
+    ) -> Result<Self, ParameterError> {
+        Ok(Box::new(Simulator::<E, N, U>::new(equations, settings, start)?))
+    }
+}
+
+impl Product for Box<dyn Varied> {
+    #[cfg(feature = "sensitivities")]
+    fn make<E: System<U>, const N: usize, const U: usize>(
+        equations: E,
+        settings: Settings,
+        start: &Start,
+    ) -> Result<Self, ParameterError> {
+        Ok(Box::new(super::varied::VariedRun::<E, N, U>::new(equations, settings, start)))
+    }
+
+    #[cfg(not(feature = "sensitivities"))]
+    fn make<E: System<U>, const N: usize, const U: usize>(
+        _equations: E,
+        _settings: Settings,
+        _start: &Start,
+    ) -> Result<Self, ParameterError> {
+        Err(ParameterError::new("slopes", 0.0, "this library is compiled without the feature sensitivities"))
+    }
 }
 
 /// A model's equations in motion.
@@ -88,6 +128,10 @@ impl<E: System<U>, const N: usize, const U: usize> Simulator<E, N, U> {
 impl<E: System<U>, const N: usize, const U: usize> Simulation for Simulator<E, N, U> {
     fn time(&self) -> f64 {
         self.session.time
+    }
+
+    fn elapsed(&self) -> f64 {
+        self.run.time()
     }
 
     fn set_inputs(&mut self, values: &[f64], slopes: &[f64]) {
@@ -186,6 +230,11 @@ impl<E: System<U>, const N: usize, const U: usize> Simulation for Simulator<E, N
         true
     }
 
+    fn state_index(&self, state: usize) -> Option<usize> {
+        let reference = self.session.table.states().nth(state)?;
+        self.run.system().state_at(reference, N)
+    }
+
     fn notices(&self) -> Notices {
         self.run.system().notices(&self.inputs())
     }
@@ -220,32 +269,6 @@ impl<E: System<U>, const N: usize, const U: usize> Simulation for Simulator<E, N
         self.run.restore(Real::all(&states), &mut memory, progress);
         (self.session.start, self.session.time) = (start, snapshot.time);
         Ok(())
-    }
-}
-
-impl<E: System<U>, const N: usize, const U: usize> Differentiable for Simulator<E, N, U> {
-    #[cfg(feature = "sensitivities")]
-    fn equations(&self) -> Option<Box<dyn Equations>> {
-        let (_, memory) = self.run.state();
-        let (equations, computed) = (self.run.system().clone(), self.session.table.computed().count());
-        Some(Box::new(Erased::<E, N, U> { equations, memory: memory.clone(), computed }))
-    }
-
-    fn leave_trail(&mut self, leaves: bool) {
-        self.run.leave_trail(leaves);
-    }
-
-    fn place(&self) -> Option<(f64, Vec<f64>, f64)> {
-        Some((self.run.time(), self.run.state().0.map(Real::value).to_vec(), self.run.settings().tolerance))
-    }
-
-    fn take_trail(&mut self) -> Vec<Mark> {
-        self.run.take_trail()
-    }
-
-    fn state_index(&self, state: usize) -> Option<usize> {
-        let reference = self.session.table.states().nth(state)?;
-        self.run.system().state_at(reference, N)
     }
 }
 

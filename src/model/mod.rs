@@ -14,7 +14,8 @@ pub use self::plant::{Plant, Saved};
 pub use self::setup::Setup;
 pub use self::transition::Steps;
 use crate::co_simulation::{Simulation, snapshot_size};
-pub use crate::session::Start;
+use crate::sensitivity::Varied;
+pub use crate::session::{Seeds, Start};
 use crate::start_sized;
 use crate::system::{Indicator, System, assert_sound, indicators, references, shared_table, table};
 use crate::variables::{ParameterError, StateSet, Table, Variable, units};
@@ -48,6 +49,8 @@ pub struct Functions {
     pub indicators: fn() -> Vec<Indicator>,
     /// Builds a run.
     pub start: fn(&Start) -> Result<Box<dyn Simulation>, ParameterError>,
+    /// Builds one in numbers with slopes.
+    pub vary: fn(&Start) -> Result<Box<dyn Varied>, ParameterError>,
 }
 
 impl Functions {
@@ -55,6 +58,7 @@ impl Functions {
     pub const fn of<E: System<U>, const U: usize>(
         most: usize,
         start: fn(&Start) -> Result<Box<dyn Simulation>, ParameterError>,
+        vary: fn(&Start) -> Result<Box<dyn Varied>, ParameterError>,
     ) -> Self {
         Self {
             table: table::<E, U>,
@@ -62,6 +66,7 @@ impl Functions {
             snapshot_size: snapshot_size::<E, U>(most),
             indicators: indicators::<E, U>,
             start,
+            vary,
         }
     }
 }
@@ -78,7 +83,8 @@ impl Model {
             assert!(N >= E::State::OTHERS, "the model has more states than the library is to be compiled for");
             assert_sound::<E, U>();
         }
-        let functions = Functions::of::<E, U>(N, |start| start_sized!(start, E, U, [N]));
+        let functions =
+            Functions::of::<E, U>(N, |start| start_sized!(start, E, U, [N]), |start| start_sized!(start, E, U, [N]));
         Self { name, description, experiment, functions }
     }
 
@@ -121,7 +127,13 @@ impl Model {
         let default = |variable: &Variable| variable.start.unwrap_or_default();
         let (parameters, inputs): (Vec<f64>, Vec<f64>) =
             (table.parameters().map(default).collect(), table.inputs().map(default).collect());
-        let run = self.begin(&Start { time: 0.0, parameters: &parameters, inputs: &inputs, tolerance: None })?;
+        let run = self.begin(&Start {
+            time: 0.0,
+            parameters: &parameters,
+            inputs: &inputs,
+            tolerance: None,
+            seeds: Seeds::NONE,
+        })?;
         let mut values = vec![0.0; table.computed().count()];
         run.values(&mut values);
         let all = table.computed().map(|variable| variable.reference).zip(values);

@@ -7,8 +7,8 @@ use serde::{Deserialize, Serialize};
 
 use super::Model;
 use crate::co_simulation::Simulation;
-use crate::sensitivity::{Along, Begin, Companion, Crossing, DirectionError, NoDerivative, begin, directions};
-use crate::session::{Snapshot, SnapshotError};
+use crate::sensitivity::{Along, Crossing, DirectionError, NoDerivative, Varied, directions};
+use crate::session::{Seeds, Snapshot, SnapshotError, Start};
 use crate::solver::StepError;
 use crate::variables::{Notice, ParameterError, Place, Role, Table, Variable};
 use crate::variables::{SettingError, Value, find};
@@ -21,17 +21,16 @@ pub struct Plant {
     pub(super) simulation: Box<dyn Simulation>,
     parameters: Vec<f64>,
     pub(super) inputs: Vec<f64>,
-    slopes: Vec<f64>,
+    pub(super) slopes: Vec<f64>,
     /// The computed variables, where they are known for the present states and inputs.
     computed: RefCell<Computed>,
     /// Inputs at the start.
     first_inputs: Vec<f64>,
-    /// Inputs that the run has followed.
-    followed: Vec<f64>,
-    /// What carries sensitivities along.
-    pub(super) companion: Option<Companion>,
-    /// What carries those of a single step along.
-    pub(super) aside: Option<Companion>,
+    tolerance: Option<f64>,
+    /// What the run is differentiated by: a run beside it for each direction.
+    varied: Vec<Box<dyn Varied>>,
+    /// Runs that serve for single steps, by the parameter that they vary with, if any.
+    pub(super) spare: Vec<(Option<usize>, Box<dyn Varied>)>,
 }
 
 /// Values of the computed variables, in the order of the table.
@@ -48,6 +47,14 @@ pub struct Saved {
     parameters: Vec<f64>,
     inputs: Vec<f64>,
     slopes: Vec<f64>,
+}
+
+/// Takes a run over a step.
+pub(super) fn go(run: &mut dyn Varied, until: Until) -> Result<(), StepError> {
+    match until {
+        Until::Time(end) => run.advance(end),
+        Until::After(size) => run.step(size),
+    }
 }
 
 /// The end of a step: a time in s, or a size in s from the present time.
@@ -83,11 +90,12 @@ impl Plant {
         simulation: Box<dyn Simulation>,
         parameters: Vec<f64>,
         inputs: Vec<f64>,
+        tolerance: Option<f64>,
     ) -> Self {
         let values = vec![0.0; model.table().computed().count()];
         let computed = RefCell::new(Computed { values, are_known: false });
         let slopes = vec![0.0; inputs.len()];
-        let (first_inputs, followed) = (inputs.clone(), inputs.clone());
+        let first_inputs = inputs.clone();
         Self {
             model,
             simulation,
@@ -96,9 +104,9 @@ impl Plant {
             slopes,
             computed,
             first_inputs,
-            followed,
-            companion: None,
-            aside: None,
+            tolerance,
+            varied: Vec::new(),
+            spare: Vec::new(),
         }
     }
 
@@ -134,7 +142,8 @@ impl Plant {
                     return Err(error.into());
                 }
                 self.forget_computed();
-                self.drop_sensitivities();
+                self.varied.clear();
+                self.spare.clear();
             }
             (Place::Parameter(_), _) => return refuse("it is fixed once the model has started"),
             (Place::Time | Place::Computed(_), _) => return refuse("it is computed"),
@@ -176,9 +185,7 @@ impl Plant {
 
     fn inputs_changed(&mut self) {
         self.simulation.set_inputs(&self.inputs, &self.slopes);
-        if let Some(companion) = &mut self.companion {
-            companion.set_inputs(&self.inputs, &self.slopes);
-        }
+        self.varied.iter_mut().for_each(|varied| varied.set_inputs(&self.inputs, &self.slopes));
         self.forget_computed();
     }
 
@@ -247,12 +254,9 @@ impl Plant {
             Until::Time(end) => self.simulation.advance(end),
             Until::After(size) => self.simulation.step(size),
         };
-        self.followed.copy_from_slice(&self.inputs);
-        if self.companion.is_some() || self.aside.is_some() {
-            let marks = self.simulation.take_trail();
-            for companion in [&mut self.companion, &mut self.aside].into_iter().flatten() {
-                companion.follow(&marks);
-            }
+        for varied in &mut self.varied {
+            // Where the plain run comes to no end, neither does it.
+            let _ = go(varied.as_mut(), until);
         }
         if self.slopes.iter().any(|slope| *slope != 0.0) {
             let duration = match (until, &outcome) {
@@ -306,8 +310,10 @@ impl Plant {
         self.parameters.clone_from(&saved.parameters);
         self.inputs.clone_from(&saved.inputs);
         self.slopes.clone_from(&saved.slopes);
-        self.followed.clone_from(&saved.inputs);
-        self.drop_sensitivities();
+        self.varied.clear();
+        if retuned {
+            self.spare.clear();
+        }
         self.inputs_changed();
         Ok(())
     }
@@ -347,7 +353,7 @@ impl Plant {
         if !entry.state.is_some_and(|state| self.simulation.move_state(state, value)) {
             return Err(refuse("it is no continuous state of this run"));
         }
-        self.drop_sensitivities();
+        self.varied.clear();
         self.forget_computed();
         Ok(())
     }
@@ -376,36 +382,58 @@ impl Plant {
     /// # Errors
     /// [`DirectionError`] for a name of no such variable; none are carried along then.
     pub fn carry_sensitivities(&mut self, names: &[&str]) -> Result<(), DirectionError> {
-        self.drop_sensitivities();
+        self.varied.clear();
         let along = directions(self.table(), names)?;
-        if along.is_empty() {
-            return Ok(());
-        }
-        let companion = self.companion_along(&along, true).map_err(|refused| {
-            let name = along.iter().position(|other| *other == refused).map_or("", |index| names[index]);
-            let reason = match refused {
-                Along::State(_) => "it is no continuous state of this run",
-                _ => "this run has no equations that can be differentiated by it",
+        let has_begun = self.has_begun();
+        let mut varied = Vec::with_capacity(along.len());
+        for (along, name) in along.into_iter().zip(names) {
+            let beside = match along {
+                Along::State(state) if self.simulation.state_index(state).is_none() => None,
+                Along::Parameter(_) | Along::Input(_) if !has_begun => self.vary_start(along).ok(),
+                _ => self.vary_here(along).ok(),
             };
-            DirectionError::refused(name, reason)
-        })?;
-        self.companion = Some(companion);
-        self.simulation.leave_trail(true);
+            let Some(beside) = beside else {
+                let reason = match along {
+                    Along::State(_) => "it is no continuous state of this run",
+                    _ => "this run has no equations that can be differentiated by it",
+                };
+                return Err(DirectionError::refused(name, reason));
+            };
+            varied.push(beside);
+        }
+        self.varied = varied;
+        self.inputs_changed();
         Ok(())
     }
 
-    /// A companion from here on, which may begin with the start.
-    pub(super) fn companion_along(&self, along: &[Along], from_start: bool) -> Result<Companion, Along> {
-        let run = Begin {
-            run: self.simulation.as_ref(),
-            table: self.table(),
-            indicators: &self.model.indicators(),
-            parameters: &self.parameters,
-            inputs: [&self.inputs, &self.slopes],
-            first_inputs: from_start.then_some(&self.first_inputs[..]),
-            followed: &self.followed,
-        };
-        begin(run, along)
+    /// Whether the run is not where it has started, under the present parameters.
+    pub(super) fn has_begun(&self) -> bool {
+        let start = self.start(&self.first_inputs, Seeds::NONE);
+        self.model.begin(&start).map_or(true, |fresh| fresh.save() != self.simulation.save())
+    }
+
+    fn start<'a>(&'a self, inputs: &'a [f64], seeds: Seeds<'a>) -> Start<'a> {
+        Start { time: self.time(), parameters: &self.parameters, inputs, tolerance: self.tolerance, seeds }
+    }
+
+    /// A run beside this one from its start, which varies with a parameter or an input.
+    pub(super) fn vary_start(&self, along: Along) -> Result<Box<dyn Varied>, ParameterError> {
+        let unit =
+            |count: usize, place: Option<usize>| (0..count).map(|i| f64::from(Some(i) == place)).collect::<Vec<_>>();
+        let parameter = if let Along::Parameter(place) = along { Some(place) } else { None };
+        let input = if let Along::Input(place) = along { Some(place) } else { None };
+        let parameters = if parameter.is_some() { unit(self.parameters.len(), parameter) } else { Vec::new() };
+        let inputs = unit(self.inputs.len(), input);
+        let seeds = Seeds { parameters: &parameters, inputs: &inputs };
+        (self.model.functions.vary)(&self.start(&self.first_inputs, seeds))
+    }
+
+    /// A run beside this one from here on.
+    fn vary_here(&self, along: Along) -> Result<Box<dyn Varied>, ParameterError> {
+        let mut varied = self.vary_start(along)?;
+        let placed = varied.place(&self.simulation.save(), along);
+        placed.map_err(|error| ParameterError::new("the present state", self.time(), &error.to_string()))?;
+        Ok(varied)
     }
 
     /// The derivatives of all computed variables, in the order of the table, by the name in a place among those that are
@@ -418,26 +446,28 @@ impl Plant {
     /// If none are carried along, or not so many.
     pub fn sensitivities(&mut self, direction: usize) -> Result<Vec<f64>, NoDerivative> {
         let mut slopes = vec![0.0; self.computed_count()];
-        let begin = self.begin();
-        let companion = self.companion.as_mut().expect("sensitivities that are carried along");
-        companion.outputs(direction, &mut slopes).map_err(|error| error.later(begin))?;
+        self.varied[direction].outputs(&mut slopes)?;
         Ok(slopes)
     }
 
     /// The events since sensitivities are carried along, with times since the start of the run.
-    pub fn crossings(&self) -> &[Crossing] {
-        self.companion.as_ref().map_or(&[], Companion::crossings)
-    }
-
-    /// Time in s at which a run that leaves a trail has begun.
-    pub(super) fn begin(&self) -> f64 {
-        self.time() - self.simulation.place().map_or(0.0, |(time, ..)| time)
-    }
-
-    fn drop_sensitivities(&mut self) {
-        if self.companion.take().is_some() {
-            self.simulation.leave_trail(false);
+    pub fn crossings(&self) -> Vec<Crossing> {
+        let mut all: Vec<Crossing> = Vec::new();
+        for (direction, varied) in self.varied.iter().enumerate() {
+            for (place, crossing) in varied.crossings().into_iter().enumerate() {
+                match all.get_mut(place) {
+                    // A run that has lost its slopes has the same events.
+                    Some(other) if (other.time, other.event) == (crossing.time, crossing.event) => {
+                        other.delays.push(crossing.delays[0]);
+                    }
+                    Some(_) => {}
+                    None if direction == 0 => all.push(crossing),
+                    None => {}
+                }
+            }
+            all.iter_mut().for_each(|crossing| crossing.delays.resize(direction + 1, f64::NAN));
         }
+        all
     }
 
     /// The simulation behind it, for what has no names.

@@ -1,6 +1,6 @@
 //! A model with its parameters, start values of inputs and tolerance, ready to start.
 
-use super::{Model, Plant, Start};
+use super::{Model, Plant, Seeds, Start};
 use crate::co_simulation::Simulation;
 use crate::model_exchange::Exchange;
 use crate::variables::{ParameterError, Place, Table, Variable};
@@ -118,7 +118,7 @@ impl Setup {
     /// [`ParameterError`] when parameters do not fit together.
     pub fn simulation(&self, time: f64) -> Result<Box<dyn Simulation>, ParameterError> {
         let Self { parameters, inputs, tolerance, .. } = self;
-        self.model.begin(&Start { time, parameters, inputs, tolerance: *tolerance })
+        self.model.begin(&Start { time, parameters, inputs, tolerance: *tolerance, seeds: Seeds::NONE })
     }
 
     /// Starts a run at a time in s whose states are to be integrated outside; nothing if the model has none.
@@ -135,6 +135,6 @@ impl Setup {
     /// [`ParameterError`] when parameters do not fit together.
     pub fn start(&self, time: f64) -> Result<Plant, ParameterError> {
         let simulation = self.simulation(time)?;
-        Ok(Plant::new(self.model, simulation, self.parameters.clone(), self.inputs.clone()))
+        Ok(Plant::new(self.model, simulation, self.parameters.clone(), self.inputs.clone(), self.tolerance))
     }
 }

@@ -1,11 +1,12 @@
 //! Steps of a plant as linear maps, and gradients of whole runs by the chain of them backwards.
 
-use super::plant::Until;
+use super::plant::{Until, go};
 use super::{Plant, Saved};
 use crate::sensitivity::{
-    Along, DirectionError, Gradient, NoDerivative, Slopes, States, Tangents, Transition, TransitionError, columns,
+    Along, Column, DirectionError, Gradient, NoDerivative, States, Tangents, Transition, TransitionError, Varied,
     directions,
 };
+use crate::session::Snapshot;
 use crate::variables::{Kind, Place, find};
 
 /// Steps between two states that are saved on the way of a gradient, and transitions that are held at a time.
@@ -115,18 +116,21 @@ impl Plant {
     /// How states and numbers of the memory begin with inputs and parameters, if the run has not begun yet: a column for each.
     fn start_slopes(&mut self, parameters: &[&str]) -> Result<Vec<Vec<(String, f64)>>, TransitionError> {
         let Columns { along, states, names, .. } = self.columns(parameters, &[])?;
-        let companion = self.companion_along(&along[names.len()..], true).map_err(|_| self.unlike(parameters))?;
-        let memory = companion.told();
-        let column = |slopes: &Slopes| match &slopes.lost {
-            Some(lost) => Err(TransitionError::NoDerivative(lost.clone().later(self.begin()))),
-            None => {
-                let of_states = states.iter().map(|(_, place, name)| (name.clone(), slopes.states[*place]));
-                let of_memory =
-                    memory.iter().zip(&slopes.memory).map(|(leaf, slope)| (format!("memory.{}", leaf.name), *slope));
-                Ok(of_states.chain(of_memory).collect())
+        let along = &along[names.len()..];
+        if self.has_begun() {
+            let still: Vec<_> = names.iter().map(|name| (name.clone(), 0.0)).collect();
+            return Ok(vec![still; along.len()]);
+        }
+        let column = |along: &Along| {
+            let begin = self.vary_start(*along).map_err(|_| self.unlike(parameters))?;
+            if let Some(lost) = begin.lost() {
+                return Err(TransitionError::NoDerivative(lost.clone()));
             }
+            let of_states = states.iter().map(|(number, name)| (name.clone(), begin.state(*number)));
+            let of_memory = begin.memory().into_iter().map(|kept| (format!("memory.{}", kept.name), kept.slope));
+            Ok(of_states.chain(of_memory).collect())
         };
-        companion.slopes().iter().map(column).collect()
+        along.iter().map(column).collect()
     }
 
     /// How outputs of a run from here on change along a direction, at the begin and behind each step: with what is added to the
@@ -170,11 +174,11 @@ impl Plant {
         TransitionError::Direction(DirectionError::refused(parameters.first().unwrap_or(&"states"), reason))
     }
 
-    fn columns(&self, parameters: &[&str], outputs: &[&str]) -> Result<Columns, TransitionError> {
+    fn columns(&mut self, parameters: &[&str], outputs: &[&str]) -> Result<Columns, TransitionError> {
         let table = self.table();
         let refused = |name: &str, reason| TransitionError::Direction(DirectionError::refused(name, reason));
-        let along = directions(table, parameters).map_err(TransitionError::Direction)?;
-        if let Some(place) = along.iter().position(|along| !matches!(along, Along::Parameter(_))) {
+        let parameters_along = directions(table, parameters).map_err(TransitionError::Direction)?;
+        if let Some(place) = parameters_along.iter().position(|along| !matches!(along, Along::Parameter(_))) {
             return Err(refused(
                 parameters[place],
                 "it is no parameter: states and inputs are among the columns anyway",
@@ -191,13 +195,37 @@ impl Plant {
             }
         }
         let numbered = table.states().enumerate().filter_map(|(number, reference)| {
-            let place = self.simulation.state_index(number)?;
-            Some((number, place, table.by_reference(reference)?.variable.name.clone()))
+            self.simulation.state_index(number)?;
+            Some((number, table.by_reference(reference)?.variable.name.clone()))
         });
         let states: States = numbered.collect();
-        let memory = self.simulation.equations().map(|equations| equations.told()).unwrap_or_default();
-        let (along, names) = columns(&states, &memory, self.inputs.len(), &along);
+        let snapshot = self.simulation.save();
+        let here = self.beside(Along::Input(0), &snapshot).map(|varied| varied.memory());
+        let memory = here.ok_or_else(|| self.unlike(parameters))?;
+        let of_states = states.iter().map(|(number, name)| (Along::State(*number), name.clone()));
+        let of_memory = memory.into_iter().enumerate();
+        let of_memory = of_memory.map(|(number, kept)| (Along::Memory(number), format!("memory.{}", kept.name)));
+        let (mut along, names): (Vec<_>, Vec<_>) = of_states.chain(of_memory).unzip();
+        along.extend((0..self.inputs.len()).map(Along::Input));
+        along.extend(parameters_along);
         Ok(Columns { along, states, names, outputs: places })
+    }
+
+    /// A run beside this one for a single step, from a saved state; nothing if there is none.
+    fn beside(&mut self, along: Along, snapshot: &Snapshot) -> Option<&mut dyn Varied> {
+        let parameter = if let Along::Parameter(place) = along { Some(place) } else { None };
+        let place = match self.spare.iter().position(|(other, _)| *other == parameter) {
+            Some(place) => place,
+            None => {
+                let varied = self.vary_start(along).ok()?;
+                self.spare.push((parameter, varied));
+                self.spare.len() - 1
+            }
+        };
+        let (_, varied) = &mut self.spare[place];
+        varied.place(snapshot, along).ok()?;
+        varied.set_inputs(&self.inputs, &self.slopes);
+        Some(varied.as_mut())
     }
 
     /// The linear map of a step, or of none.
@@ -208,26 +236,25 @@ impl Plant {
         outputs: &[&str],
     ) -> Result<Transition, TransitionError> {
         let Columns { along, states, names, outputs } = self.columns(parameters, outputs)?;
-        let companion = self.companion_along(&along, false).map_err(|_| self.unlike(parameters))?;
-        let mut companion = match until {
-            None => companion,
-            Some(until) => {
-                self.aside = Some(companion);
-                self.simulation.leave_trail(true);
-                let outcome = self.advance(until);
-                if self.companion.is_none() {
-                    self.simulation.leave_trail(false);
-                }
-                let companion = self.aside.take();
-                outcome.map_err(TransitionError::Step)?;
-                companion.expect("a companion of this step")
+        let (snapshot, inputs, computed) = (self.simulation.save(), self.inputs.len(), self.computed_count());
+        let mut columns = Vec::with_capacity(along.len());
+        let mut slopes = vec![0.0; computed];
+        for along in along {
+            let Some(varied) = self.beside(along, &snapshot) else { return Err(self.unlike(parameters)) };
+            if let Some(until) = until {
+                go(varied, until).map_err(TransitionError::Step)?;
             }
-        };
-        let (inputs, computed) = (self.inputs.len(), self.computed_count());
-        let mut transition = Transition::of(&mut companion, (&states, names, inputs), &outputs, computed);
-        let begin = self.begin();
-        transition.lost.iter_mut().for_each(|(_, lost)| *lost = lost.clone().later(begin));
-        Ok(transition)
+            let shown = varied.outputs(&mut slopes);
+            columns.push(Column {
+                states: states.iter().map(|(number, _)| varied.state(*number)).collect(),
+                memory: varied.memory(),
+                outputs: shown.map(|()| outputs.iter().map(|place| slopes[*place]).collect()),
+            });
+        }
+        if let Some(until) = until {
+            self.advance(until).map_err(TransitionError::Step)?;
+        }
+        Ok(Transition::of(columns, &states, names, inputs, outputs.len()))
     }
 }
 

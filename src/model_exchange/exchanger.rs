@@ -398,7 +398,7 @@ impl<E: System<U>, const N: usize, const U: usize> Exchange for Exchanger<E, N, 
 mod tests {
     use super::*;
     use crate::numbers::Varying;
-    use crate::session::Start;
+    use crate::session::{Seeds, Start};
     use crate::states;
     use crate::system::{Sample, System, Tables};
     use crate::variables::Values;
@@ -472,7 +472,7 @@ mod tests {
     fn busy(switches: usize, samples: usize) -> Box<Exchanger<Busy, 0, 0>> {
         let indicators =
             ["first", "second", "third"].map(|name| Indicator { name: name.to_owned(), nominal: 1.0, text: "" });
-        let start = Start { time: 10.0, parameters: &[], inputs: &[], tolerance: None };
+        let start = Start { time: 10.0, parameters: &[], inputs: &[], tolerance: None, seeds: Seeds::NONE };
         let mut session = Session::begin::<Busy, 0>(&start);
         session.time = 11.0;
         Exchanger::new((Busy { switches, samples }, session), (1.0, [], &[0, 0], []), indicators.to_vec())

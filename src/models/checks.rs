@@ -1,7 +1,7 @@
 //! What tests of several models share.
 
 use crate::friction::Law;
-use crate::model::Start;
+use crate::model::{Seeds, Start};
 use crate::session::build;
 use crate::system::{System, table};
 use crate::variables::{Choice, Meaning, Variable};
@@ -13,8 +13,8 @@ pub fn built<E: System<U>, const U: usize>(law: Option<Law>) -> E {
         None => variable.start.unwrap_or_default(),
     };
     let parameters: Vec<f64> = table::<E, U>().parameters().map(value).collect();
-    let start = Start { time: 0.0, parameters: &parameters, inputs: &[0.0; U], tolerance: None };
-    build(&start, &[]).expect("the defaults fit").0
+    let start = Start { time: 0.0, parameters: &parameters, inputs: &[0.0; U], tolerance: None, seeds: Seeds::NONE };
+    build(&start).expect("the defaults fit").0
 }
 
 /// Checks that events are looked for, and the time counts, under friction laws that ask for it alone, since both cost

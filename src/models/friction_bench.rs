@@ -15,14 +15,14 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::co_simulation::Simulation;
+use crate::co_simulation::Product;
 use crate::friction::{
     self, Contact, ContactLaw, Event, Friction, FrictionContact, FrictionLaw, Indicators, Law, MAX_STATES, states,
 };
 use crate::model::{Experiment, Functions, Model, Panel, Start};
 use crate::numbers::{Real, Scalar, Varying, sign};
 use crate::system::{Indicator, Limits, Sample, System, Tables, references};
-use crate::variables::{Notices, ParameterError, ParameterSet, Values, Variable, units};
+use crate::variables::{Fixed, Notices, ParameterError, ParameterSet, Values, Variable, units};
 use crate::{enumeration, inputs, outputs, parameters, start_sized, states};
 
 /// The model as the library offers it.
@@ -33,7 +33,7 @@ pub const fn model<L: FrictionLaw>() -> Model {
     Model {
         name: "FrictionBench",
         description: "One mass with one friction law, pulled by a spring, moved as prescribed, or pushed by a force",
-        functions: Functions::of::<FrictionBench<L>, INPUTS>(State::OTHERS + MAX_STATES, start::<L>),
+        functions: Functions::of::<FrictionBench<L>, INPUTS>(State::OTHERS + MAX_STATES, start::<L, _>, start::<L, _>),
         experiment: Experiment {
             stop_time: 120.0,
             step_size: 1e-2,
@@ -48,7 +48,7 @@ pub const fn model<L: FrictionLaw>() -> Model {
 }
 
 /// Starts a run with as many states as the friction law needs.
-fn start<L: FrictionLaw>(start: &Start) -> Result<Box<dyn Simulation>, ParameterError> {
+fn start<L: FrictionLaw, P: Product>(start: &Start) -> Result<P, ParameterError> {
     start_sized!(
         start,
         FrictionBench<L>,
@@ -170,15 +170,15 @@ parameters! {
     Parameters {
         drive: Drive = Variable::choice(1001, "bench.drive", Drive::SpringPull)
             .text("What moves the mass");
-        mass: f64 = Variable::parameter(1002, "mass", units::KILOGRAM, 1.0).range(1e-3, 1e4)
+        mass: Fixed = Variable::parameter(1002, "mass", units::KILOGRAM, 1.0).range(1e-3, 1e4)
             .text("Mass");
-        stiffness: f64 = Variable::parameter(1003, "spring.stiffness", units::NEWTON_PER_METRE, 2.0).range(0.0, 1e9)
+        stiffness: Fixed = Variable::parameter(1003, "spring.stiffness", units::NEWTON_PER_METRE, 2.0).range(0.0, 1e9)
             .text("Stiffness of the spring");
-        damping: f64 = Variable::parameter(1004, "spring.damping", units::NEWTON_SECOND_PER_METRE, 0.0).range(0.0, 1e6)
+        damping: Fixed = Variable::parameter(1004, "spring.damping", units::NEWTON_SECOND_PER_METRE, 0.0).range(0.0, 1e6)
             .text("Damping coefficient parallel to the spring");
-        position0: f64 = Variable::parameter(1005, "position0", units::METRE, 0.0).range(-1e3, 1e3).shown_in("mm")
+        position0: Fixed = Variable::parameter(1005, "position0", units::METRE, 0.0).range(-1e3, 1e3).shown_in("mm")
             .text("Initial position of the mass and of the free end of the spring");
-        velocity0: f64 = Variable::parameter(1006, "velocity0", units::METRE_PER_SECOND, 0.0).range(-100.0, 100.0).shown_in("mm/s")
+        velocity0: Fixed = Variable::parameter(1006, "velocity0", units::METRE_PER_SECOND, 0.0).range(-100.0, 100.0).shown_in("mm/s")
             .text("Initial velocity of the mass, unless its motion is prescribed");
     }
 }
@@ -196,7 +196,7 @@ pub struct FrictionBench<L = Friction> {
 #[doc(hidden)]
 pub struct Memory<F = friction::Memory, S = Real> {
     friction: F,
-    trend: Trend,
+    trend: Trend<S>,
     course: Course<S>,
 }
 
@@ -211,19 +211,19 @@ struct Course<S> {
 
 /// How the speed of a prescribed motion changed last, also from one held value of the input to the next.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-struct Trend {
+struct Trend<S> {
     /// Velocity last seen in m/s.
-    velocity: f64,
+    velocity: S,
     /// 1 if its magnitude grew, or after a reversal; -1 if it fell.
-    #[serde(with = "crate::system::side")]
     sign: f64,
 }
 
-impl Trend {
+impl<S: Scalar> Trend<S> {
     /// Takes notice of the present velocity.
-    fn follow(&mut self, velocity: f64) {
-        if velocity != self.velocity {
-            let falls = (0.0..1.0).contains(&(velocity / self.velocity));
+    fn follow(&mut self, velocity: S) {
+        let [now, before] = [velocity, self.velocity].map(S::value);
+        if now != before {
+            let falls = (0.0..1.0).contains(&(now / before));
             self.sign = if falls { -1.0 } else { 1.0 };
             self.velocity = velocity;
         }
@@ -260,8 +260,8 @@ impl<L: FrictionLaw> FrictionBench<L> {
     }
 
     /// Force on the mass other than friction in N, as the friction law sees it.
-    fn applied_force<S: Scalar, const N: usize>(&self, x: &[S; N], u: &Inputs<S>, rate: S, trend: Trend) -> S {
-        let accelerates = trend.sign * sign(rate.value());
+    fn applied_force<S: Scalar, const N: usize>(&self, x: &[S; N], u: &Inputs<S>, rate: S, trend: f64) -> S {
+        let accelerates = trend * sign(rate.value());
         if self.p.drive.prescribes() && accelerates != 0.0 && self.friction.law().asks_for_applied_force() {
             return S::constant(accelerates * OVERWHELMING);
         }
@@ -275,7 +275,7 @@ impl<L: FrictionLaw> FrictionBench<L> {
         x: &[S; N],
         u: &Inputs<S>,
         rate: S,
-        trend: Trend,
+        trend: f64,
     ) -> Contact<S> {
         let drive = self.friction.drive();
         let velocity = match drive {
@@ -294,7 +294,7 @@ impl<L: FrictionLaw> FrictionBench<L> {
         u: &Inputs<S>,
         memory: &Memory<L::Memory<S::Held>, S::Held>,
     ) -> Contact<S> {
-        self.contact(time, x, u, self.rate(x, u, memory), memory.trend)
+        self.contact(time, x, u, self.rate(x, u, memory), memory.trend.sign)
     }
 
     /// Acceleration in m/s2 under a friction force.
@@ -338,13 +338,13 @@ impl<L: FrictionLaw> System<INPUTS> for FrictionBench<L> {
 
     fn start<S: Varying, const N: usize>(&self, u: &[S; INPUTS]) -> ([S; N], Self::Memory<S>) {
         let inputs = Inputs::read(u);
-        let (mut x, start) = ([S::zero(); N], S::of(self.p.position0));
+        let (mut x, start) = ([S::zero(); N], S::along(self.p.position0));
         State::DrivePosition.set(&mut x, start);
         State::Position.set(&mut x, start);
-        State::Velocity.set(&mut x, S::of(self.p.velocity0));
-        let trend = Trend { velocity: inputs.drive_velocity.value(), sign: 1.0 };
+        State::Velocity.set(&mut x, S::along(self.p.velocity0));
+        let trend = Trend { velocity: inputs.drive_velocity, sign: 1.0 };
         let rate = if self.p.drive.prescribes() { inputs.drive_velocity } else { State::Velocity.get(&x) };
-        let contact = self.contact(S::zero(), &x, &inputs, rate, trend);
+        let contact = self.contact(S::zero(), &x, &inputs, rate, trend.sign);
         let friction = self.friction.start(&contact, &mut x);
         (x, Memory { friction, trend, course: Course { end: start, velocity: None } })
     }
@@ -419,8 +419,8 @@ impl<L: FrictionLaw> System<INPUTS> for FrictionBench<L> {
     ) -> bool {
         let u = &Inputs::read(u);
         let followed = if self.p.drive.prescribes() { self.rate(x, u, memory) } else { u.drive_velocity };
-        memory.trend.follow(followed.value());
-        let (rate, trend) = (self.rate(x, u, memory), memory.trend);
+        memory.trend.follow(followed);
+        let (rate, trend) = (self.rate(x, u, memory), memory.trend.sign);
         let contact = || self.contact(time, x, u, rate, trend);
         self.friction.follow(contact, x, &mut memory.friction);
         true
@@ -454,7 +454,7 @@ impl<L: FrictionLaw> System<INPUTS> for FrictionBench<L> {
         memory: &mut Memory<L::Memory<S>, S>,
     ) {
         let u = &Inputs::read(u);
-        let (rate, trend) = (self.rate(x, u, memory), memory.trend);
+        let (rate, trend) = (self.rate(x, u, memory), memory.trend.sign);
         let contact = || self.contact(time, x, u, rate, trend);
         self.friction.sample(contact, time.value(), x, &mut memory.friction);
     }
@@ -474,8 +474,9 @@ impl<L: FrictionLaw> System<INPUTS> for FrictionBench<L> {
 
     fn fits<S: Varying>(&self, memory: &Memory<L::Memory<S>, S>) -> bool {
         let Course { end, velocity } = memory.course;
-        let is_plain =
-            [memory.trend.velocity, end.value(), velocity.map_or(0.0, S::value)].iter().all(|value| value.is_finite());
+        let is_plain = [memory.trend.velocity.value(), end.value(), velocity.map_or(0.0, S::value)]
+            .iter()
+            .all(|value| value.is_finite());
         is_plain && self.friction.fits::<S>(&memory.friction)
     }
 

@@ -5,6 +5,7 @@ use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
+use super::scalar::KEPT;
 use super::{Scalar, Tangent, Varying};
 
 /// A number of the equations without derivatives: what plain runs are made of.
@@ -79,7 +80,7 @@ impl Varying for Real {
 
 impl Serialize for Real {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        self.value.serialize(serializer)
+        serializer.serialize_newtype_struct(KEPT, &self.value)
     }
 }
 

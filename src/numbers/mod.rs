@@ -24,5 +24,6 @@ pub use dual::{Dual, Real};
 pub use monotone::MonotoneCurve;
 pub use number::Number;
 pub use pair::Pair;
+pub(crate) use scalar::KEPT;
 pub use scalar::{Scalar, Varying, sign};
 pub use tangent::{Tangent, Tangents};

@@ -1,6 +1,6 @@
 //! A smooth curve through points, as monotone as they are.
 
-use super::Scalar;
+use super::{Number, Scalar, Tangent};
 
 /// A piecewise cubic through points, with a continuous slope, that rises where the points rise and is flat where two of
 /// them are equal; constant beyond the first and the last.
@@ -17,23 +17,24 @@ use super::Scalar;
 /// Fritsch, Butland (1984), SIAM J. Scientific and Statistical Computing 5(2):300-304.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MonotoneCurve {
-    first: f64,
+    first: Tangent,
     segments: Box<[Segment]>,
-    last: [f64; 2],
+    last: [Tangent; 2],
 }
 
 /// Where a cubic begins, and its coefficients by power of the distance from there.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Segment {
-    from: f64,
-    coefficients: [f64; 4],
+    from: Tangent,
+    coefficients: [Tangent; 4],
 }
 
 impl MonotoneCurve {
     /// The curve through at least two points `(x, f)` with rising `x` and with `f` that never fall.
-    pub fn through(points: &[(f64, f64)]) -> Self {
-        let widths: Vec<f64> = points.windows(2).map(|pair| pair[1].0 - pair[0].0).collect();
-        let slopes: Vec<f64> = points.windows(2).zip(&widths).map(|(pair, h)| (pair[1].1 - pair[0].1) / h).collect();
+    pub fn through(points: &[(Tangent, Tangent)]) -> Self {
+        let widths: Vec<Tangent> = points.windows(2).map(|pair| pair[1].0 - pair[0].0).collect();
+        let slopes: Vec<Tangent> =
+            points.windows(2).zip(&widths).map(|(pair, h)| (pair[1].1 - pair[0].1) / *h).collect();
         let at_points = slopes_at_points(&widths, &slopes);
         let segment = |k: usize| {
             let (h, chord, begin, end) = (widths[k], slopes[k], at_points[k], at_points[k + 1]);
@@ -48,11 +49,12 @@ impl MonotoneCurve {
     /// The value at a place.
     pub fn at<S: Scalar>(&self, x: S) -> S {
         let [end, height] = self.last;
-        if x.value() >= end {
-            return S::constant(height);
+        if x.value() >= end.value {
+            return S::along(height);
         }
-        let Some(Segment { from, coefficients }) = self.segments.iter().rev().find(|it| it.from <= x.value()) else {
-            return S::constant(self.first);
+        let Some(Segment { from, coefficients }) = self.segments.iter().rev().find(|it| it.from.value <= x.value())
+        else {
+            return S::along(self.first);
         };
         let (t, [value, slope, square, cube]) = (x - *from, *coefficients);
         ((t * cube + square) * t + slope) * t + value
@@ -60,16 +62,16 @@ impl MonotoneCurve {
 
     /// The number of the piece with a continuous slope in which a place lies: before, along or beyond the curve.
     pub fn piece(&self, x: f64) -> u32 {
-        u32::from(self.segments.first().is_some_and(|first| x > first.from)) + u32::from(x >= self.last[0])
+        u32::from(self.segments.first().is_some_and(|first| x > first.from.value)) + u32::from(x >= self.last[0].value)
     }
 }
 
 /// Slopes of the curve at its points, for widths and slopes of the chords between them.
-fn slopes_at_points(widths: &[f64], chords: &[f64]) -> Vec<f64> {
+fn slopes_at_points(widths: &[Tangent], chords: &[Tangent]) -> Vec<Tangent> {
     let inner = |k: usize| {
         let (before, after) = (chords[k - 1], chords[k]);
         if before == 0.0 || after == 0.0 {
-            return 0.0;
+            return Tangent::zero();
         }
         let (w1, w2) = (2.0 * widths[k] + widths[k - 1], widths[k] + 2.0 * widths[k - 1]);
         (w1 + w2) / (w1 / before + w2 / after)
@@ -78,7 +80,11 @@ fn slopes_at_points(widths: &[f64], chords: &[f64]) -> Vec<f64> {
     let outer = |near: usize, next: usize| {
         let parabola = ((2.0 * widths[near] + widths[next]) * chords[near] - widths[near] * chords[next])
             / (widths[near] + widths[next]);
-        if chords[next] == 0.0 { parabola.clamp(0.0, 3.0 * chords[near]) } else { parabola.max(0.0) }
+        if chords[next] == 0.0 {
+            parabola.clamp(Tangent::zero(), 3.0 * chords[near])
+        } else {
+            parabola.max(Tangent::zero())
+        }
     };
     let count = chords.len();
     if count == 1 {
@@ -95,6 +101,11 @@ mod tests {
     use super::*;
     use crate::numbers::{Dual, Real};
 
+    fn through(points: &[(f64, f64)]) -> MonotoneCurve {
+        let points: Vec<_> = points.iter().map(|(x, f)| (Tangent::still(*x), Tangent::still(*f))).collect();
+        MonotoneCurve::through(&points)
+    }
+
     fn at(curve: &MonotoneCurve, x: f64) -> f64 {
         curve.at(Real::of(x)).value
     }
@@ -105,7 +116,7 @@ mod tests {
     /// Values that `scipy.interpolate.PchipInterpolator` of SciPy 1.17 gives.
     #[test]
     fn curve_is_that_of_another_implementation() {
-        let curve = MonotoneCurve::through(&POINTS);
+        let curve = through(&POINTS);
         for (x, expected) in SCIPY {
             assert!((at(&curve, x) - expected).abs() < 1e-15, "{} at {x}, not {expected}", at(&curve, x));
         }
@@ -122,7 +133,7 @@ mod tests {
 
     #[test]
     fn curve_meets_its_points_and_is_constant_beyond_them() {
-        let curve = MonotoneCurve::through(&POINTS);
+        let curve = through(&POINTS);
         for (x, expected) in POINTS {
             assert!((at(&curve, x) - expected).abs() < 1e-15, "{} at {x}", at(&curve, x));
         }
@@ -131,7 +142,7 @@ mod tests {
 
     #[test]
     fn curve_never_falls_and_its_slope_has_no_jumps() {
-        let curve = MonotoneCurve::through(&POINTS);
+        let curve = through(&POINTS);
         let slope = |x: f64| curve.at(Dual::<1>::variable(x, 0)).slope[0];
         for k in 0..=1000 {
             assert!(slope(f64::from(k) * 1e-3) >= 0.0, "at {k} thousandths");
@@ -143,7 +154,7 @@ mod tests {
 
     #[test]
     fn two_points_make_a_line() {
-        let line = MonotoneCurve::through(&[(0.2, 0.0), (0.7, 1.0)]);
+        let line = through(&[(0.2, 0.0), (0.7, 1.0)]);
         assert!((at(&line, 0.3) - 0.2).abs() < 1e-15);
     }
 }

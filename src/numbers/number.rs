@@ -37,6 +37,8 @@ pub trait Number:
     ///
     /// At 0 the derivative for an exponent below 1 is infinite; 0 is handed on instead, so that Jacobians stay finite.
     fn powf(self, exponent: f64) -> Self;
+    /// `self` to the power of a parameter, as [`powf`](Self::powf).
+    fn pow(self, exponent: Tangent) -> Self;
     /// The larger of two numbers.
     fn max(self, other: Self) -> Self;
     /// The smaller of two numbers.

@@ -108,6 +108,9 @@ impl<S: Scalar> Number for Pair<S> {
     fn powf(self, exponent: f64) -> Self {
         Self(self.0.map(|it| it.powf(exponent)))
     }
+    fn pow(self, exponent: Tangent) -> Self {
+        Self(self.0.map(|it| it.pow(exponent)))
+    }
     fn max(self, other: Self) -> Self {
         self.zip(other, S::max)
     }

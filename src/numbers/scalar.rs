@@ -38,9 +38,9 @@ pub trait Scalar: Number + AddAssign + SubAssign + Default + PartialEq + Debug +
     fn chain_with(self, value: f64, derivative: f64, _parameter: Tangent, _by_parameter: f64) -> Self {
         self.chain(value, derivative)
     }
-    /// `self` to the power of a parameter, as [`powf`](Number::powf).
-    fn pow(self, exponent: Tangent) -> Self {
-        self.powf(exponent.value)
+    /// A power of `self`, which varies with its exponent, too, if these numbers are tangents.
+    fn with_exponent(self, power: Self, _exponent: Tangent) -> Self {
+        power
     }
 
     /// `e` to the power `self`.
@@ -86,9 +86,12 @@ pub trait Scalar: Number + AddAssign + SubAssign + Default + PartialEq + Debug +
     }
 }
 
+/// What a number that a discrete state keeps is called where it is saved; nothing of it is written.
+pub(crate) const KEPT: &str = "number of a discrete state";
+
 /// A number that a discrete state can keep: what happens at events and samples is evaluated with it.
 ///
-/// It is saved as its value.
+/// It is saved as its value, and its slope if it has one.
 pub trait Varying: Scalar<Held = Self> + Serialize + DeserializeOwned {
     /// Whether it has a slope.
     const VARIES: bool;
@@ -98,6 +101,15 @@ pub trait Varying: Scalar<Held = Self> + Serialize + DeserializeOwned {
 
     /// Its slope; 0 if it has none.
     fn slope(self) -> f64;
+
+    /// The same where a limit may be just reached: a number of the same value with another slope leaves none, since more of the
+    /// direction leads to one of both, and less to the other.
+    fn unless_tied(self, limit: Self) -> Self {
+        if Self::VARIES && self.value() == limit.value() && self.slope() != limit.slope() {
+            return Self::with(self.value(), f64::NAN);
+        }
+        self
+    }
 }
 
 impl<S: Scalar> Number for S {
@@ -127,6 +139,10 @@ impl<S: Scalar> Number for S {
         }
         let value = libm::pow(x, exponent);
         self.chain(value, exponent * value / x)
+    }
+    fn pow(self, exponent: Tangent) -> Self {
+        let power = self.powf(exponent.value);
+        self.with_exponent(power, exponent)
     }
     fn max(self, other: Self) -> Self {
         if self.value() < other.value() { other } else { self }

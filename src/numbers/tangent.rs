@@ -4,11 +4,12 @@ use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-use super::{Dual, Number, Pair, Scalar, Varying};
+use super::scalar::KEPT;
+use super::{Dual, Pair, Scalar, Varying};
 
 /// A number with its slope in one direction.
 ///
-/// Tunable parameters are such numbers, and every [`Number`] can be combined with them. Slopes of parameters are handed
+/// Tunable parameters are such numbers, and every [`Number`](super::Number) can be combined with them. Slopes of parameters are handed
 /// on where the equations are evaluated with tangents; all other numbers see the values alone, so that a run costs no
 /// more than with plain parameters.
 ///
@@ -29,8 +30,20 @@ impl Tangent {
         Self { value, slope: 0.0 }
     }
 
+    /// Whether a part that is off at 0 is there: it has a value, or is differentiated by.
+    pub fn is_used(self) -> bool {
+        self.value != 0.0 || self.slope != 0.0
+    }
+
     fn dual(self) -> Dual<1> {
         Dual::new(self.value, [self.slope])
+    }
+}
+
+/// A number that does not vary.
+impl From<f64> for Tangent {
+    fn from(value: f64) -> Self {
+        Self::still(value)
     }
 }
 
@@ -53,13 +66,13 @@ impl Varying for Tangent {
 
 impl Serialize for Tangent {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        self.value.serialize(serializer)
+        serializer.serialize_newtype_struct(KEPT, &(self.value, self.slope))
     }
 }
 
 impl<'de> Deserialize<'de> for Tangent {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        f64::deserialize(deserializer).map(Self::still)
+        <(f64, f64)>::deserialize(deserializer).map(|(value, slope)| Self { value, slope })
     }
 }
 
@@ -84,8 +97,7 @@ impl Scalar for Tangent {
     fn chain_with(self, value: f64, derivative: f64, parameter: Tangent, by_parameter: f64) -> Self {
         Self { value, slope: derivative * self.slope + by_parameter * parameter.slope }
     }
-    fn pow(self, exponent: Tangent) -> Self {
-        let Self { value, slope } = self.powf(exponent.value);
+    fn with_exponent(self, Self { value, slope }: Self, exponent: Tangent) -> Self {
         // The logarithm of 0 times the power, which is 0 there.
         let by_exponent = if self.value > 0.0 { value * libm::log(self.value) } else { 0.0 };
         Self { value, slope: slope + by_exponent * exponent.slope }
@@ -147,6 +159,20 @@ arithmetic! {
     Div div: |p, x| [-(p / x) / x, 1.0 / x];
 }
 
+/// By its value.
+impl PartialEq<f64> for Tangent {
+    fn eq(&self, other: &f64) -> bool {
+        self.value == *other
+    }
+}
+
+/// By its value.
+impl PartialOrd<f64> for Tangent {
+    fn partial_cmp(&self, other: &f64) -> Option<std::cmp::Ordering> {
+        self.value.partial_cmp(other)
+    }
+}
+
 impl AddAssign for Tangent {
     fn add_assign(&mut self, other: Self) {
         *self = *self + other;
@@ -169,6 +195,11 @@ pub struct Tangents {
 }
 
 impl Tangents {
+    /// Both, one after the other.
+    pub fn each(self) -> [Tangent; 2] {
+        [self.side(0), self.side(1)]
+    }
+
     /// One of them.
     #[inline(always)]
     pub fn side(self, side: usize) -> Tangent {
@@ -185,7 +216,7 @@ impl From<[Tangent; 2]> for Tangents {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::numbers::Real;
+    use crate::numbers::{Number, Real};
 
     /// Where the parameter varies, its slope is that of a variable in the same place.
     #[test]

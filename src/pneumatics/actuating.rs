@@ -4,7 +4,7 @@ use serde::{Serialize, de::DeserializeOwned};
 
 use super::gas::{GasState, Reservoir};
 use super::orifice::Inflow;
-use crate::numbers::{Number, Pair, Real, Scalar, Varying};
+use crate::numbers::{Number, Pair, Real, Scalar, Tangent, Varying};
 use crate::system::{Led, Sample, Stride};
 use crate::variables::{ParameterError, ParameterSet, Variable};
 
@@ -32,7 +32,7 @@ pub struct Ports<'a, S> {
     /// Where the air goes to.
     pub exhaust: &'a Reservoir,
     /// Its absolute pressure in Pa.
-    pub exhaust_pressure: f64,
+    pub exhaust_pressure: Tangent,
 }
 
 /// An actuator: its parameters, its states, its variables and its equations.
@@ -94,8 +94,8 @@ pub trait Actuating: Clone + std::fmt::Debug + Send + Sync + Sized + 'static {
 
     /// What half a step of a size in s leaves of the distances of the states from where a held voltage leads, as a matrix.
     /// Asked of actuators with a [closed form](Self::has_closed_form).
-    fn half(&self, _step: f64) -> [[f64; STATES]; STATES] {
-        [[0.0; STATES]; STATES]
+    fn half<S: Varying>(&self, _step: f64) -> [[S; STATES]; STATES] {
+        [[S::zero(); STATES]; STATES]
     }
 
     /// The states in a step, under a voltage that is held and that the memory has followed. Asked of actuators with a
@@ -105,7 +105,7 @@ pub trait Actuating: Clone + std::fmt::Debug + Send + Sync + Sized + 'static {
         states: [S; STATES],
         _voltage: S,
         _memory: &Self::Memory<S>,
-        _stride: &Stride,
+        _stride: &Stride<S>,
     ) -> Led<[S; STATES]> {
         Led { middle: states, end: states, bend: [S::zero(); STATES] }
     }

@@ -194,7 +194,7 @@ macro_rules! actuator_items {
                 fn piece(&self, states: [f64; STATES], ports: &Ports<Real>, pressures: Pair<Real>) -> Pair<Real> {
                     of_actuator!(self, |actuator| actuator.piece(states, ports, pressures))
                 }
-                fn half(&self, step: f64) -> [[f64; STATES]; STATES] {
+                fn half<S: Varying>(&self, step: f64) -> [[S; STATES]; STATES] {
                     of_actuator!(self, |actuator| actuator.half(step))
                 }
                 fn drawn<S: Scalar>(&self, states: [S; STATES], ports: &Ports<S>, gas: GasState<Pair<S>>) -> Pair<S> {
@@ -224,7 +224,7 @@ macro_rules! actuator_items {
                     of_actuator!(self, memory, |actuator, memory| actuator.rates(states, voltage, memory))
                 }
                 #[inline(always)]
-                fn later<S: Varying>(&self, states: [S; STATES], voltage: S, memory: &Memory<S>, stride: &Stride) -> Led<[S; STATES]> {
+                fn later<S: Varying>(&self, states: [S; STATES], voltage: S, memory: &Memory<S>, stride: &Stride<S>) -> Led<[S; STATES]> {
                     of_actuator!(self, memory, |actuator, memory| actuator.later(states, voltage, memory, stride))
                 }
                 #[inline(always)]

@@ -5,8 +5,7 @@ use std::f64::consts::PI;
 use super::gas::{GAS_CONSTANT, GasState, HEAT_RATIO};
 use super::orifice::Inflow;
 use crate::enumeration;
-use crate::numbers::Scalar;
-use crate::numbers::{Number, Pair};
+use crate::numbers::{Number, Pair, Scalar, Tangent, Tangents};
 use crate::variables::Tunable;
 
 enumeration! {
@@ -30,9 +29,9 @@ pub enum Thermal {
     /// From the pressure by `T = T_amb*(p/p0)^((n-1)/n)`; with `n = 1` isothermal.
     Polytropic {
         /// Polytropic exponent.
-        exponent: f64,
+        exponent: Tangent,
         /// Pressures `p0` in Pa at which the gas has ambient temperature.
-        reference_pressures: [f64; 2],
+        reference_pressures: Tangents,
     },
     /// Ambient always, while the pressure answers flow and motion with a factor `n`:
     /// `dp/dt = n/V*(R*sum(T_upstream*mdot) - p*dV/dt)`. The usual model of servo design, where the exponent stands for
@@ -40,13 +39,15 @@ pub enum Thermal {
     /// temperature to the pressure for ever, even in a chamber that stands still, this one has forgotten it.
     PolytropicServo {
         /// Polytropic exponent.
-        exponent: f64,
+        exponent: Tangent,
     },
 }
 
 /// Wall in m2 of a tank of a volume in m3: a closed cylinder twice as long as wide.
-pub fn tank_wall(volume: f64) -> f64 {
-    let diameter = libm::cbrt(2.0 * volume / PI);
+pub fn tank_wall(volume: Tangent) -> Tangent {
+    let cube = 2.0 * volume / PI;
+    let root = libm::cbrt(cube.value);
+    let diameter = cube.chain(root, if root > 0.0 { 1.0 / (3.0 * root * root) } else { 0.0 });
     2.5 * PI * diameter * diameter
 }
 
@@ -54,15 +55,15 @@ pub fn tank_wall(volume: f64) -> f64 {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Chambers {
     /// Piston areas in m2.
-    pub areas: [f64; 2],
+    pub areas: Tangents,
     /// Bore in m, for the wall area.
-    pub bore: f64,
+    pub bore: Tangent,
     /// Volumes in m3 at length 0: dead volume, hose and tank.
-    pub dead_volumes: [f64; 2],
+    pub dead_volumes: Tangents,
     /// Wall areas in m2 at length 0: both covers, and that of a tank.
-    pub walls: [f64; 2],
+    pub walls: Tangents,
     /// Ambient temperature in K.
-    pub ambient_temperature: f64,
+    pub ambient_temperature: Tangent,
     /// How temperature follows.
     pub thermal: Thermal,
 }
@@ -89,11 +90,11 @@ impl Chambers {
     pub fn gas<S: Scalar>(&self, pressure: Pair<S>, temperature: Pair<S>) -> GasState<Pair<S>> {
         match self.thermal {
             Thermal::EnergyBalance { .. } => GasState::new(pressure, temperature),
-            Thermal::PolytropicServo { .. } => GasState::new(pressure, Pair::constant(self.ambient_temperature)),
+            Thermal::PolytropicServo { .. } => GasState::new(pressure, Pair::tuned(self.ambient_temperature)),
             Thermal::Polytropic { exponent, reference_pressures } => {
                 let power = (exponent - 1.0) / exponent;
                 let relative =
-                    if power == 0.0 { Pair::constant(1.0) } else { (pressure / reference_pressures).powf(power) };
+                    if power.is_used() { (pressure / reference_pressures).pow(power) } else { Pair::constant(1.0) };
                 GasState::new(pressure, relative * self.ambient_temperature)
             }
         }
@@ -164,14 +165,15 @@ mod tests {
         let diameter: f64 = 0.086_025_4;
         assert!((PI / 4.0 * diameter * diameter * 2.0 * diameter - 1e-3).abs() < 1e-8);
         let wall = PI * diameter * 2.0 * diameter + 2.0 * PI / 4.0 * diameter * diameter;
-        assert!((tank_wall(1e-3) - wall).abs() < 1e-6 * wall, "{} m2", tank_wall(1e-3));
-        assert_eq!(tank_wall(0.0), 0.0);
+        let tank = tank_wall(Tangent::still(1e-3)).value;
+        assert!((tank - wall).abs() < 1e-6 * wall, "{tank} m2");
+        assert_eq!(tank_wall(Tangent::still(0.0)), 0.0);
         let chambers = Chambers {
-            areas: [2e-4; 2],
-            bore: 0.016,
-            dead_volumes: [5e-6, 5e-6 + 1e-3],
-            walls: [4e-4, 4e-4 + tank_wall(1e-3)],
-            ambient_temperature: 293.15,
+            areas: [2e-4; 2].map(Tangent::still).into(),
+            bore: Tangent::still(0.016),
+            dead_volumes: [5e-6, 5e-6 + 1e-3].map(Tangent::still).into(),
+            walls: [4e-4, 4e-4 + tank].map(Tangent::still).into(),
+            ambient_temperature: Tangent::still(293.15),
             thermal: Thermal::EnergyBalance { heat_transfer: Tunable::still(60.0) },
         };
         let Pair([without, with]) = chambers.heat(Pair([Real::of(283.15); 2]), Pair([Real::of(0.1); 2]));

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use super::gas::GAS_CONSTANT;
-use crate::numbers::Scalar;
+use crate::numbers::{Number, Scalar, Tangent};
 use crate::system::LongestSteps;
 
 /// Columns of air in a hose.
@@ -46,15 +46,15 @@ pub const VISCOSITY: f64 = 1.813e-5;
 /// The law of Blasius (1913) for smooth pipes, in the form `0.3164*Re^(-1/4)`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hose {
-    area: f64,
-    diameter: f64,
-    volume: f64,
+    area: Tangent,
+    diameter: Tangent,
+    volume: Tangent,
     /// `A/l` in m.
-    per_inertia: f64,
+    per_inertia: Tangent,
     /// `R*T` in J/kg.
-    gas: f64,
+    gas: Tangent,
     /// `theta` in s.
-    crossing: f64,
+    crossing: Tangent,
 }
 
 impl Hose {
@@ -62,7 +62,7 @@ impl Hose {
     pub const SHORTEST: f64 = 1e-4;
 
     /// A hose of a length and an inner diameter in m, at a temperature in K.
-    pub fn new(length: f64, diameter: f64, temperature: f64) -> Self {
+    pub fn new(length: Tangent, diameter: Tangent, temperature: Tangent) -> Self {
         let area = PI * diameter * diameter / 4.0;
         let per_inertia = area * COLUMNS as f64 / length;
         let gas = GAS_CONSTANT * temperature;
@@ -72,22 +72,22 @@ impl Hose {
     /// The longest explicit steps: those that damp the fastest wave, in which neighbours swing against each other, of a rate
     /// `6*c/L`.
     pub(crate) fn longest_steps(&self) -> LongestSteps {
-        let rate = 2.0 * COLUMNS as f64 * self.gas.sqrt() / self.length();
-        LongestSteps::of_swing(rate, rate * rate * self.crossing)
+        let rate = 2.0 * COLUMNS as f64 * self.gas.value.sqrt() / self.length();
+        LongestSteps::of_swing(rate, rate * rate * self.crossing.value)
     }
 
     /// The rate in 1/s at which a flow of a slope in kg/(s Pa) fills the volume at an end.
     pub(crate) fn rate_at_end(&self, slope: f64) -> f64 {
-        slope * self.gas / self.end_volume()
+        slope * self.gas.value / self.end_volume().value
     }
 
     /// In m.
     fn length(&self) -> f64 {
-        self.volume / self.area
+        self.volume.value / self.area.value
     }
 
     /// Volume in m3 at either end.
-    pub fn end_volume(&self) -> f64 {
+    pub fn end_volume(&self) -> Tangent {
         self.volume / 6.0
     }
 
@@ -95,7 +95,7 @@ impl Hose {
     pub fn mass(&self, pressures: [f64; 4], ends_in_itself: bool) -> f64 {
         let shares = [1.0 / 6.0, 1.0 / 3.0, 1.0 / 3.0, if ends_in_itself { 1.0 / 6.0 } else { 0.0 }];
         let sum: f64 = pressures.iter().zip(shares).map(|(pressure, share)| pressure * share).sum();
-        sum * self.volume / self.gas
+        sum * self.volume.value / self.gas.value
     }
 
     /// Mass flows in kg/s through the columns, for the pressures at their ends, the flows of their inertia and the rates of
@@ -154,8 +154,18 @@ mod tests {
     use super::*;
     use crate::numbers::Real;
 
-    const HOSE: Hose =
-        Hose { area: 1e-5, diameter: 4e-3, volume: 2e-5, per_inertia: 1.5e-5, gas: 287.05 * 293.15, crossing: 14e-6 };
+    const HOSE: Hose = Hose {
+        area: Tangent::still(1e-5),
+        diameter: Tangent::still(4e-3),
+        volume: Tangent::still(2e-5),
+        per_inertia: Tangent::still(1.5e-5),
+        gas: Tangent::still(287.05 * 293.15),
+        crossing: Tangent::still(14e-6),
+    };
+
+    fn of(length: f64, diameter: f64) -> Hose {
+        Hose::new(Tangent::still(length), Tangent::still(diameter), Tangent::still(293.15))
+    }
 
     fn drag(flow: f64) -> f64 {
         HOSE.drag(Real::of(flow)).value
@@ -176,7 +186,7 @@ mod tests {
     #[test]
     fn friction_is_continuous_where_flow_becomes_turbulent() {
         assert!((LAMINAR - BLASIUS * TRANSITION.powf(0.75)).abs() < 1e-11);
-        let flow = TRANSITION * HOSE.area * VISCOSITY / HOSE.diameter;
+        let flow = (TRANSITION * HOSE.area * VISCOSITY / HOSE.diameter).value;
         let [below, above] = [1.0 - 1e-12, 1.0 + 1e-12].map(|factor| drag(flow * factor));
         assert!((above / below - 1.0).abs() < 1e-11, "{below} {above}");
         assert_eq!(drag(-flow), -drag(flow));
@@ -186,10 +196,11 @@ mod tests {
     #[test]
     fn slow_flow_loses_the_pressure_of_hagen_and_poiseuille() {
         let (pressure, flow) = (5e5, 1e-6);
-        let velocity = flow / (pressure / HOSE.gas * HOSE.area);
-        let loss = 32.0 * VISCOSITY * velocity * (HOSE.area / HOSE.per_inertia) / HOSE.diameter.powi(2);
+        let Hose { area, diameter, per_inertia, gas, .. } = HOSE;
+        let velocity = flow / (pressure / gas.value * area.value);
+        let loss = 32.0 * VISCOSITY * velocity * (area / per_inertia).value / diameter.value.powi(2);
         let [rate, ..] = flow_rates([pressure; 4], [flow; 3]);
-        assert!((rate / (-loss * HOSE.per_inertia) - 1.0).abs() < 1e-12, "{rate}");
+        assert!((rate / (-loss * per_inertia.value) - 1.0).abs() < 1e-12, "{rate}");
     }
 
     /// With the same flow at both ends a hose passes it on, whatever its columns did before: nothing is left of `theta`.
@@ -203,7 +214,7 @@ mod tests {
     #[test]
     fn no_gas_leaves_a_volume_faster_than_sound() {
         let pressures = [2e4, 3e4, 1e3, 4e5];
-        let sonic = |pressure: f64| HOSE.area * pressure / HOSE.gas.sqrt();
+        let sonic = |pressure: f64| HOSE.area.value * pressure / HOSE.gas.value.sqrt();
         let passed = through(pressures, [1.0, 1.0, -1.0], [0.0; 3]);
         // The numbers of this hose are rounded by up to 1.6 %.
         for (flow, expected) in passed.into_iter().zip([sonic(2e4), sonic(3e4), -sonic(4e5)]) {
@@ -211,7 +222,7 @@ mod tests {
         }
         let flow = 2.0 * sonic(3e4);
         let [rate, ..] = flow_rates([3e4; 4], [flow; 3]);
-        let expected = -drag(flow) / 6e4 - sonic(3e4) / HOSE.crossing;
+        let expected = -drag(flow) / 6e4 - sonic(3e4) / HOSE.crossing.value;
         assert!((rate / expected - 1.0).abs() < 0.02, "{rate} kg/s2, not {expected} kg/s2");
         assert_eq!(pressure_rates(0.0, through([0.0, 1e5, 1e5, 1e5], [1.0; 3], [0.0; 3]), 0.0)[0], 0.0);
     }
@@ -220,7 +231,7 @@ mod tests {
     /// change at `(6*c/L)^2`.
     #[test]
     fn explicit_steps_follow_the_fastest_wave() {
-        let hose = Hose::new(1.0, 4e-3, 293.15);
+        let hose = of(1.0, 4e-3);
         let pressures = Real::all(&[1e5 + 1.0, 1e5 - 1.0, 1e5 + 1.0, 1e5 - 1.0]);
         let columns = hose.flow_rates(pressures, [Real::of(0.0); 3]);
         let volumes = hose.pressure_rates(Real::of(0.0), columns, Real::of(0.0)).map(Real::value);
@@ -230,9 +241,9 @@ mod tests {
         );
         let (swing, longest) = (square.sqrt(), hose.longest_steps());
         assert!((longest.classical * swing / 2.6 - 1.0).abs() < 1e-12 && (1.4e-3..1.6e-3).contains(&longest.classical));
-        let wide = Hose::new(1e-3, 0.1, 293.15).longest_steps();
+        let wide = of(1e-3, 0.1).longest_steps();
         assert!(wide.classical < 1e-2 * 2.6 / 1740e3, "it creeps: {wide:?}");
-        assert!((hose.rate_at_end(1e-7) * hose.volume / 6.0 - 1e-7 * hose.gas).abs() < 1e-12);
+        assert!((hose.rate_at_end(1e-7) * hose.volume.value / 6.0 - 1e-7 * hose.gas.value).abs() < 1e-12);
     }
 
     /// What flows in and not out is in the volumes.

@@ -3,22 +3,22 @@
 use super::actuating::{Actuating, BEND_WEIGHT, Ports, SHORT, STATES, SUPPLY, VOLTAGE, simpson_middle};
 use super::gas::GasState;
 use super::orifice::{Inflow, Orifice, is_above, piece};
-use crate::numbers::{Number, Pair, Real, Scalar, Varying};
+use crate::numbers::{Number, Pair, Real, Scalar, Tangent, Varying};
 use crate::system::{Led, Stride};
-use crate::variables::{ParameterError, Variable, units};
+use crate::variables::{Fixed, ParameterError, Variable, units};
 use crate::{outputs, parameters};
 
 /// A pressure regulator commanded by 0 to 10 V, with a first-order lag.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Regulator {
     /// Absolute pressure in Pa at 0 V.
-    pub min_pressure: f64,
+    pub min_pressure: Tangent,
     /// Absolute pressure in Pa at 10 V.
-    pub max_pressure: f64,
+    pub max_pressure: Tangent,
     /// Time constant of the lag in s.
-    pub time_constant: f64,
+    pub time_constant: Tangent,
     /// Sonic conductance in m3/(s Pa) towards the chamber.
-    pub conductance: f64,
+    pub conductance: Tangent,
 }
 
 impl Regulator {
@@ -37,15 +37,15 @@ impl Regulator {
 parameters! {
     /// The parameters of [`PressureRegulator`].
     Parameters {
-        min_pressure: f64 = Variable::parameter(1033, "regulator.pMin", units::PASCAL, 1e5).range(1e3, 1e8).shown_in("bar")
+        min_pressure: Fixed = Variable::parameter(1033, "regulator.pMin", units::PASCAL, 1e5).range(1e3, 1e8).shown_in("bar")
             .text("Absolute pressure of the regulator at 0 V");
-        max_pressure: f64 = Variable::parameter(1034, "regulator.pMax", units::PASCAL, 8.8e5).range(1e3, 1e8).shown_in("bar")
+        max_pressure: Fixed = Variable::parameter(1034, "regulator.pMax", units::PASCAL, 8.8e5).range(1e3, 1e8).shown_in("bar")
             .text("Absolute pressure of the regulator at 10 V");
-        time_constant: f64 = Variable::parameter(1035, "regulator.tau", units::SECOND, 0.02).range(1e-5, 100.0).shown_in("ms")
+        time_constant: Fixed = Variable::parameter(1035, "regulator.tau", units::SECOND, 0.02).range(1e-5, 100.0).shown_in("ms")
             .text("Time constant of the regulator");
-        conductance: f64 = Variable::parameter(1036, "regulator.C", units::CUBIC_METRE_PER_SECOND_PASCAL, 4e-9).range(1e-13, 1e-5).shown_in("dm3/(s.bar)")
+        conductance: Fixed = Variable::parameter(1036, "regulator.C", units::CUBIC_METRE_PER_SECOND_PASCAL, 4e-9).range(1e-13, 1e-5).shown_in("dm3/(s.bar)")
             .text("Sonic conductance between regulator and chamber A");
-        critical_ratio: f64 = Variable::parameter(1037, "regulator.b", units::ONE, 0.3).range(0.0, 0.99)
+        critical_ratio: Fixed = Variable::parameter(1037, "regulator.b", units::ONE, 0.3).range(0.0, 0.99)
             .text("Critical pressure ratio between regulator and chamber A");
     }
 }
@@ -87,9 +87,9 @@ impl Actuating for PressureRegulator {
     const COMPUTED: usize = Outputs::<f64>::LEN;
 
     fn new(p: Parameters) -> Result<Self, ParameterError> {
-        if p.max_pressure < p.min_pressure {
-            let reason = format!("it must not be below regulator.pMin = {}", p.min_pressure);
-            return Err(ParameterError::new("regulator.pMax", p.max_pressure, &reason));
+        if p.max_pressure < p.min_pressure.value {
+            let reason = format!("it must not be below regulator.pMin = {}", p.min_pressure.value);
+            return Err(ParameterError::new("regulator.pMax", p.max_pressure.value, &reason));
         }
         let Parameters { min_pressure, max_pressure, time_constant, conductance, critical_ratio } = p;
         let regulator = Regulator { min_pressure, max_pressure, time_constant, conductance };
@@ -125,8 +125,8 @@ impl Actuating for PressureRegulator {
         [S::zero(), self.regulator.pressure_rate(self.regulator.command(voltage), pressure)]
     }
 
-    fn half(&self, step: f64) -> [[f64; STATES]; STATES] {
-        [[0.0; STATES], [0.0, libm::exp(-0.5 * step / self.regulator.time_constant)]]
+    fn half<S: Varying>(&self, step: f64) -> [[S; STATES]; STATES] {
+        [[S::zero(); STATES], [S::zero(), S::along(-0.5 * step / self.regulator.time_constant).exp()]]
     }
 
     #[inline(always)]
@@ -135,13 +135,13 @@ impl Actuating for PressureRegulator {
         [_, pressure]: [S; STATES],
         voltage: S,
         _memory: &(),
-        stride: &Stride,
+        stride: &Stride<S>,
     ) -> Led<[S; STATES]> {
         let &Stride { size: step, half: [_, [_, left]] } = stride;
         let command = self.regulator.command(voltage);
         let (constant, distance) = (self.regulator.time_constant, pressure - command);
         let (middle, end) = (distance * left, distance * left * left);
-        let effective = if step < SHORT * constant {
+        let effective = if step < SHORT * constant.value {
             middle
         } else {
             simpson_middle(distance, (distance - end) * constant / step, end)
@@ -152,7 +152,7 @@ impl Actuating for PressureRegulator {
 
     #[inline(always)]
     fn feed<S: Scalar>(&self, [_, pressure]: [S; STATES], ports: &Ports<S>, gas: GasState<Pair<S>>) -> Inflow<Pair<S>> {
-        let conductance = Pair([self.regulator.conductance, 0.0].map(S::constant));
+        let conductance = Pair([S::along(self.regulator.conductance), S::zero()]);
         let Pair([behind, _]) = gas.pressure;
         let source = pressure.min(ports.supply_pressure.max(behind));
         Inflow::from(self.orifice.flow(conductance, ports.supply.at(Pair([source; 2])), gas))
@@ -208,7 +208,8 @@ mod tests {
 
     #[test]
     fn pressure_is_linear_in_the_voltage_between_the_limits() {
-        let regulator = Regulator { min_pressure: 1e5, max_pressure: 9e5, time_constant: 0.02, conductance: 4e-9 };
+        let [min_pressure, max_pressure, time_constant, conductance] = [1e5, 9e5, 0.02, 4e-9].map(Tunable::still);
+        let regulator = Regulator { min_pressure, max_pressure, time_constant, conductance };
         assert_eq!(
             [-1.0, 0.0, 5.0, 10.0, 11.0].map(|v| regulator.command(Real::of(v)).value),
             [1e5, 1e5, 5e5, 9e5, 9e5]

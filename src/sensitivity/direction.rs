@@ -74,6 +74,9 @@ fn along(entry: &Entry) -> Result<Along, &'static str> {
         (Place::Parameter(_), _, Kind::Real(_)) if entry.variable.meaning == Some(Meaning::Sampling) => {
             Err("it says when samples are taken, and these see the inputs of a communication point")
         }
+        (Place::Parameter(_), _, Kind::Real(_)) if !entry.variable.varies => {
+            Err("the equations hold it as a plain `f64`; declare its field as `Fixed` or `Tunable`")
+        }
         (Place::Parameter(place), _, Kind::Real(_)) => Ok(Along::Parameter(place)),
         (Place::Input(place), _, Kind::Real(_)) => Ok(Along::Input(place)),
     }

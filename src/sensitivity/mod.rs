@@ -1,70 +1,34 @@
 //! How a run changes with a parameter, a start value, a state or an input: exact through events.
 //!
-//! With `S = dx/dp` along a run whose states are `x`, a direction `p`, rates `f`, an event with the indicator `g` and what
-//! happens there, `R`, with `-` before and `+` behind it:
+//! A run is repeated in numbers that carry a slope in one direction ([`Tangent`](crate::numbers::Tangent)): the same equations,
+//! the same solver, the same bits ([`Varied`]). Its slopes are those of the scheme with all adaptive choices held, which is
+//! known as internal numerical differentiation (Bock, 1981). With states `x`, rates `f-` before and `f+` behind an event with
+//! the indicator `g`, and what happens there, `switch` (the saltation matrix):
 //!
 //! ```text
-//! between events:  dS/dt = f_x*S + f_m*M + f_p
-//! at an event:     tau = -(g_x*S- + g_m*M- + g_p)/(g_x*f- + g_t)
-//!                  S+  = R_x*(S- + f-*tau) + R_m*M- + R_t*tau + R_p - f+*tau
+//! tau = -g'/gdot,   x+ = switch(x- + f-*tau, t + tau) - f+*tau
 //! ```
 //!
-//! `tau` is how much later the event happens, `M` the slopes of the numbers in the memory, which change at events alone. The
-//! steps of the run, and what is chosen at events, stay as they are: what is differentiated is the motion, not the method, so
-//! that slopes converge with the tolerance as the run does.
+//! `tau` is how much later the event happens. The numbers that a discrete state keeps carry slopes, too. Slopes are refined within
+//! a step where their own error asks for it, and pieces of a step end at kinks, so that they converge with the tolerance as the run
+//! does.
 //!
-//! A [`Companion`] follows a run that [leaves a trail](crate::solver::Run::leave_trail): the run itself knows nothing of it,
-//! and its values are the same bits with and without.
-//!
-//! | what | how its derivative is taken |
-//! |---|---|
-//! | rates by states | exact to rounding, by dual numbers: the Jacobian of the solver |
-//! | rates by inputs and tunable parameters | the same, by tangents |
-//! | rates by fixed parameters and numbers of the memory | central differences of one evaluation, to 1e-9 of the largest |
-//! | indicators, what happens at events, samples | the same, along the direction; both sides are compared |
-//!
-//! Differences serve where the equations take plain numbers: a memory says how it is saved, not what it is made of
-//! (`leaves`), and a sample or a switch is a program, not a formula. They are of one evaluation, within one mode and with
-//! all choices held, so they have nothing in common with differences of two runs. Where both sides disagree, there is no
-//! derivative, and [`NoDerivative`] says so.
+//! Where a direction leads to one mode and against it to another, there is no derivative, and [`NoDerivative`] says so: a motion
+//! that only grazes a limit, an input that brings an event exactly to its limit, a set point at the edge of its play.
 
 mod adjoint;
-mod begin;
-mod bend;
-mod besides;
-mod companion;
-mod crossing;
-mod difference;
-mod differentiable;
 mod direction;
-mod equations;
-mod leaves;
-mod memory;
-mod neighbours;
-mod of;
-mod passage;
-mod sides;
-mod slopes;
 mod transition;
-mod variation;
-mod way;
 
 use std::fmt;
 
+use crate::session::{Snapshot, SnapshotError};
 use crate::solver::StepError;
+use crate::system::Kept;
 
 pub use self::adjoint::{Gradient, Tangents};
-pub use self::begin::{Begin, begin};
-pub use self::companion::Companion;
-pub use self::differentiable::Differentiable;
 pub use self::direction::{DirectionError, directions};
-pub use self::equations::{Act, At, Equations, Erased};
-pub use self::leaves::{Leaf, Leaves};
-pub(crate) use self::leaves::{read, told};
-pub use self::slopes::{Driven, Slopes};
-pub use self::transition::{States, Transition, columns};
-pub(crate) use self::variation::Piece;
-pub use self::way::{Beside, Way};
+pub use self::transition::{Column, States, Transition};
 
 /// An event that a run with slopes has come through.
 #[derive(Clone, Debug, PartialEq)]
@@ -75,8 +39,54 @@ pub struct Crossing {
     pub event: &'static str,
     /// How fast its indicator fell, in its own unit per s: the smaller, the nearer the motion came to missing the event.
     pub rate: f64,
-    /// How much later the event happens, in s per unit of each direction.
+    /// How much later the event happens, in s per unit of each direction; not a number where there is no derivative.
     pub delays: Vec<f64>,
+}
+
+/// A run in numbers with slopes in one direction, beside a plain run: it is told all that the plain one is told.
+///
+/// Slices follow the order of the table, as those of a [`Simulation`](crate::co_simulation::Simulation).
+pub trait Varied: Send {
+    /// Goes to a saved state of the plain run; from there on a state, a number that the memory keeps, what is added to an input, or
+    /// the parameter that it has been built for, varies.
+    ///
+    /// # Errors
+    /// [`SnapshotError`] when the saved state does not fit.
+    fn place(&mut self, snapshot: &Snapshot, along: Along) -> Result<(), SnapshotError>;
+
+    /// Sets the inputs at the current time and their slopes in 1/s.
+    fn set_inputs(&mut self, values: &[f64], slopes: &[f64]);
+
+    /// Integrates to `end` on the clock of the host.
+    ///
+    /// # Errors
+    /// [`StepError`] when the end cannot be reached.
+    fn advance(&mut self, end: f64) -> Result<(), StepError>;
+
+    /// Integrates over a step of a size in s.
+    ///
+    /// # Errors
+    /// As [`advance`](Self::advance).
+    fn step(&mut self, size: f64) -> Result<(), StepError>;
+
+    /// Writes the slopes of the computed variables, which belong to the present inputs. What has none, as counters, stays 0; what
+    /// depends on a number that is rounded, as the reading of a sensor with a resolution, is not a number.
+    ///
+    /// # Errors
+    /// [`NoDerivative`] where there is none any more.
+    fn outputs(&self, slopes: &mut [f64]) -> Result<(), NoDerivative>;
+
+    /// The slope of a continuous state, numbered as in a [`Direction`](crate::session::Direction); 0 if it is not integrated.
+    fn state(&self, state: usize) -> f64;
+
+    /// The numbers that the memory keeps.
+    fn memory(&self) -> Vec<Kept>;
+
+    /// The events so far, each with one delay.
+    fn crossings(&self) -> Vec<Crossing>;
+
+    /// Where there is no derivative any more.
+    fn lost(&self) -> Option<&NoDerivative>;
 }
 
 /// A point beyond which a run has no derivative in a direction.
@@ -89,13 +99,6 @@ pub struct NoDerivative {
     pub event: String,
     /// Why there is none.
     pub reason: String,
-}
-
-impl NoDerivative {
-    /// The same on a clock that shows a time in s at the start of the run.
-    pub(crate) fn later(self, start: f64) -> Self {
-        Self { time: self.time + start, ..self }
-    }
 }
 
 impl fmt::Display for NoDerivative {

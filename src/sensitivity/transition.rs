@@ -1,6 +1,7 @@
 //! One communication step as a linear map.
 
-use super::{Along, Companion, Leaf, NoDerivative, Slopes};
+use super::NoDerivative;
+use crate::system::Kept;
 
 /// What a communication step does to small changes, exact through the events in it: rows are what changes, columns by what.
 ///
@@ -8,9 +9,8 @@ use super::{Along, Companion, Leaf, NoDerivative, Slopes};
 /// x+ = A*x + B*u + P*p        y = C*x + D*u + Q*p
 /// ```
 ///
-/// `x` are the continuous states and, behind them, the numbers that the memory keeps (`memory.friction.since`) but for
-/// its [sides](crate::system::side); `x+` are those
-/// at the end of the step, whose memory may keep others. `u` is added to the inputs over the whole step, and `y` are the outputs
+/// `x` are the continuous states and, behind them, the numbers that the memory keeps (`memory.friction.since`); `x+` are those at
+/// the end of the step, whose memory may keep others. `u` is added to the inputs over the whole step, and `y` are the outputs
 /// at its end, as a run records them. All matrices are row by row, in SI units.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Transition {
@@ -34,78 +34,71 @@ pub struct Transition {
     pub lost: Vec<(usize, NoDerivative)>,
 }
 
-/// The continuous states that are integrated: their numbers, their places and their names.
-pub type States = Vec<(usize, usize, String)>;
+/// The continuous states that are integrated: their numbers and their names.
+pub type States = Vec<(usize, String)>;
 
-/// The columns of a transition, and the names of those that are states.
-pub fn columns(states: &States, memory: &[Leaf], inputs: usize, parameters: &[Along]) -> (Vec<Along>, Vec<String>) {
-    let kept = memory.iter().enumerate().filter(|(_, leaf)| !leaf.is_side);
-    let of_states = states.iter().map(|(number, _, name)| (Along::State(*number), name.clone()));
-    let of_memory = kept.map(|(number, leaf)| (Along::Memory(number), format!("memory.{}", leaf.name)));
-    let (mut along, names): (Vec<_>, Vec<_>) = of_states.chain(of_memory).unzip();
-    along.extend((0..inputs).map(Along::Input));
-    along.extend(parameters);
-    (along, names)
+/// What a step does to a small change in one direction.
+#[derive(Clone, Debug)]
+pub struct Column {
+    /// Slopes of the continuous states that are integrated.
+    pub states: Vec<f64>,
+    /// The numbers that the memory keeps, with theirs.
+    pub memory: Vec<Kept>,
+    /// Slopes of the outputs.
+    pub outputs: Result<Vec<f64>, NoDerivative>,
 }
 
 impl Transition {
-    /// The place of an output without a derivative in any direction that has one, as the reading of a sensor with a resolution.
+    /// The place of an output without a derivative in a direction that has one, as the reading of a sensor with a resolution.
     pub(crate) fn rounded(&self, mut matters: impl FnMut(usize) -> bool) -> Option<usize> {
         let is_lost = |column: &usize| self.lost.iter().any(|(lost, _)| lost == column);
         (0..self.c.len()).find(|output| {
             let row = self.c[*output].iter().chain(&self.d[*output]).chain(&self.q[*output]);
-            let mut others = row.enumerate().filter(|(column, _)| !is_lost(column)).peekable();
-            matters(*output) && others.peek().is_some() && others.all(|(_, slope)| slope.is_nan())
+            matters(*output) && row.enumerate().any(|(column, slope)| slope.is_nan() && !is_lost(&column))
         })
     }
 
-    /// That of a companion that has come across a step, with so many inputs, at whose end variables in places are the outputs;
-    /// all computed variables are so many.
-    pub fn of(
-        companion: &mut Companion,
-        (states, names, inputs): (&States, Vec<String>, usize),
-        outputs: &[usize],
-        computed: usize,
-    ) -> Self {
-        let after = companion.told();
-        let (count, mut values) = (companion.slopes().len(), vec![0.0; computed]);
-        let (mut by_direction, mut lost) = (Vec::with_capacity(count), Vec::new());
-        for direction in 0..count {
-            if let Err(error) = companion.outputs(direction, &mut values) {
-                lost.push((direction, error));
-                values.fill(f64::NAN);
-            }
-            by_direction.push(outputs.iter().map(|place| values[*place]).collect::<Vec<_>>());
-        }
-        let slopes = companion.slopes();
+    /// The map of its columns: by states and numbers of the memory with names, by a number of inputs, and by parameters.
+    pub fn of(columns: Vec<Column>, states: &States, names: Vec<String>, inputs: usize, outputs: usize) -> Self {
+        let memory: Vec<String> =
+            columns.first().into_iter().flat_map(|column| &column.memory).map(|kept| kept.name.clone()).collect();
         // What has no slope is left out: whoever asks for it finds it missing.
-        let is_lost = |direction: usize| lost.iter().any(|(column, _)| *column == direction);
-        let has_slopes =
-            |leaf: &usize| slopes.iter().enumerate().all(|(column, it)| is_lost(column) || !it.memory[*leaf].is_nan());
-        let kept: Vec<usize> = (0..after.len()).filter(|leaf| !after[*leaf].is_side && has_slopes(leaf)).collect();
-        let column = |(column, slopes): (usize, &Slopes)| -> Vec<f64> {
-            let of_states = states.iter().map(|(_, place, _)| slopes.states[*place]);
-            let own = of_states.chain(kept.iter().map(|leaf| slopes.memory[*leaf]));
-            own.map(|slope| if is_lost(column) { f64::NAN } else { slope }).collect()
+        let with_slopes = || columns.iter().filter(|column| column.outputs.is_ok());
+        let has_slopes = |place: &usize| with_slopes().all(|column| !column.memory[*place].slope.is_nan());
+        let kept: Vec<usize> = (0..memory.len()).filter(has_slopes).collect();
+        let next_states: Vec<String> = states
+            .iter()
+            .map(|(_, name)| name.clone())
+            .chain(kept.iter().map(|place| format!("memory.{}", memory[*place])))
+            .collect();
+        let next_of = |column: &Column| -> Vec<f64> {
+            if column.outputs.is_err() {
+                return vec![f64::NAN; next_states.len()];
+            }
+            let of_memory = kept.iter().map(|place| column.memory[*place].slope);
+            column.states.iter().copied().chain(of_memory).collect()
         };
-        let columns: Vec<Vec<f64>> = slopes.iter().enumerate().map(column).collect();
-        let (n, m) = (names.len(), names.len() + inputs);
-        let rows = |columns: &[Vec<f64>], count: usize| -> Vec<Vec<f64>> {
+        let next: Vec<Vec<f64>> = columns.iter().map(next_of).collect();
+        let (mut shown, mut lost) = (Vec::with_capacity(columns.len()), Vec::new());
+        for (place, column) in columns.into_iter().enumerate() {
+            shown.push(column.outputs.unwrap_or_else(|why| {
+                lost.push((place, why));
+                vec![f64::NAN; outputs]
+            }));
+        }
+        let (n, m, rows) = (names.len(), names.len() + inputs, next_states.len());
+        let by_rows = |columns: &[Vec<f64>], count: usize| -> Vec<Vec<f64>> {
             (0..count).map(|row| columns.iter().map(|column| column[row]).collect()).collect()
         };
-        let of_states = states.iter().map(|(.., name)| name.clone());
-        let next_states: Vec<String> =
-            of_states.chain(kept.iter().map(|leaf| format!("memory.{}", after[*leaf].name))).collect();
-        let (next, out) = (next_states.len(), outputs.len());
         Self {
             states: names,
             next_states,
-            a: rows(&columns[..n], next),
-            b: rows(&columns[n..m], next),
-            c: rows(&by_direction[..n], out),
-            d: rows(&by_direction[n..m], out),
-            p: rows(&columns[m..], next),
-            q: rows(&by_direction[m..], out),
+            a: by_rows(&next[..n], rows),
+            b: by_rows(&next[n..m], rows),
+            c: by_rows(&shown[..n], outputs),
+            d: by_rows(&shown[n..m], outputs),
+            p: by_rows(&next[m..], rows),
+            q: by_rows(&shown[m..], outputs),
             lost,
         }
     }

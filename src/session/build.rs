@@ -6,21 +6,20 @@ use crate::solver::{Counters, Settings, Tuning};
 use crate::system::{System, shared_table};
 use crate::variables::{ParameterError, ParameterSet, StateSet, Values};
 
-/// Reads what equations are made of from all parameters of a model, which vary with slopes or (without any) not at all, and the
-/// solver settings of a run.
+/// Reads what equations are made of from all parameters of a model, which vary with the seeds of its start, and the solver
+/// settings of a run.
 ///
 /// # Errors
 /// [`ParameterError`] when values that are legal one by one do not fit together, or the table of the model has a problem.
 pub fn read<E: System<U>, const U: usize, P>(
     start: &Start,
-    slopes: &[f64],
     read: impl FnOnce(&mut Values) -> Result<P, ParameterError>,
 ) -> Result<(P, Settings), ParameterError> {
     let table = shared_table::<E, U>();
     if let Some(problem) = table.problem() {
         return Err(problem.clone());
     }
-    let values = table.chosen(start.parameters, slopes);
+    let values = table.chosen(start.parameters, start.seeds.parameters);
     let (own, tuning) = values.split_at(values.len() - Tuning::LEN);
     let mut own = Values::new(own);
     let parts = read(&mut own)?;
@@ -35,8 +34,8 @@ pub fn read<E: System<U>, const U: usize, P>(
 ///
 /// # Errors
 /// As [`read`].
-pub fn build<E: System<U>, const U: usize>(start: &Start, slopes: &[f64]) -> Result<(E, Settings), ParameterError> {
-    let (equations, settings) = read::<E, U, E>(start, slopes, E::new)?;
+pub fn build<E: System<U>, const U: usize>(start: &Start) -> Result<(E, Settings), ParameterError> {
+    let (equations, settings) = read::<E, U, E>(start, E::new)?;
     let keeps_balance = equations.keeps_balance();
     Ok((equations, settings.keeping_balance(keeps_balance)))
 }

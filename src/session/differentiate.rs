@@ -1,9 +1,7 @@
 //! Derivatives of the computed variables of a model, exactly, by dual numbers.
 
-use serde::{Serialize, de::DeserializeOwned};
-
 use crate::numbers::{Dual, Real, Scalar, Tangent};
-use crate::system::System;
+use crate::system::{System, varied};
 
 /// Time in s, states, inputs and discrete state.
 type At<'a, M, const N: usize, const U: usize> = (f64, &'a [f64; N], &'a [f64; U], &'a M);
@@ -29,14 +27,8 @@ pub fn differentiate_varied<E: System<U>, const N: usize, const U: usize>(
 ) {
     let tangent = |value: f64, slope: f64| Tangent { value, slope };
     let (time, x, u, memory) = at;
-    let memory: E::Memory<Tangent> = still(memory);
+    let memory: E::Memory<Tangent> = varied(memory, |_| 0.0);
     write_slopes(equations, (time, x, u, &memory), seeds, (tangent, |number| number.slope), computed);
-}
-
-/// A discrete state in numbers that may vary, none of which does.
-pub fn still<A: Serialize, B: DeserializeOwned>(memory: &A) -> B {
-    let saved = postcard::to_allocvec(memory).expect("a memory holds plain data");
-    postcard::from_bytes(&saved).expect("a memory of the same model")
 }
 
 /// Evaluates the equations with numbers that are made with slopes, and writes the slopes of what comes out.

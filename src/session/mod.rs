@@ -13,13 +13,13 @@ pub(crate) use self::build::check_outputs;
 #[doc(hidden)]
 pub use self::build::{build, check, read};
 use self::differentiate::differentiate;
-pub(crate) use self::differentiate::{differentiate_varied, still};
+use self::differentiate::differentiate_varied;
 use crate::numbers::{Real, Scalar};
 use crate::system::{System, shared_table};
 use crate::variables::{ParameterError, Table};
 
 /// Everything a run starts from.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug)]
 pub struct Start<'a> {
     /// Start time in s.
     pub time: f64,
@@ -29,6 +29,22 @@ pub struct Start<'a> {
     pub inputs: &'a [f64],
     /// The tolerance the host asks for; it replaces `solver.relativeTolerance` unless that was changed.
     pub tolerance: Option<f64>,
+    /// What it varies with.
+    pub seeds: Seeds<'a>,
+}
+
+/// Slopes of parameters and inputs, in the order in which the table lists them; empty where nothing varies.
+#[derive(Clone, Copy, Debug)]
+pub struct Seeds<'a> {
+    /// Of the parameters.
+    pub parameters: &'a [f64],
+    /// Of the inputs.
+    pub inputs: &'a [f64],
+}
+
+impl Seeds<'_> {
+    /// Nothing varies.
+    pub const NONE: Self = Self { parameters: &[], inputs: &[] };
 }
 
 /// A direction of differentiation. What it does not name stays as it is, so that time alone moves no input or state.
@@ -194,8 +210,9 @@ impl Session {
 
     /// The equations for parameters that vary with slopes.
     fn build<E: System<U>, const U: usize>(parameters: &[f64], slopes: &[f64]) -> Result<E, ParameterError> {
-        let start = Start { time: 0.0, parameters, inputs: &[0.0; U], tolerance: None };
-        build(&start, slopes).map(|(equations, _)| equations)
+        let seeds = Seeds { parameters: slopes, ..Seeds::NONE };
+        let start = Start { time: 0.0, parameters, inputs: &[0.0; U], tolerance: None, seeds };
+        build(&start).map(|(equations, _)| equations)
     }
 }
 

@@ -20,11 +20,9 @@ pub use balance::Balance;
 pub use error::{Course, Rejection, StepError};
 #[doc(hidden)]
 pub use linear::Inverse;
-pub(crate) use linear::Solver;
 #[doc(hidden)]
-pub use rosenbrock::RODAS;
 #[doc(hidden)]
-pub use run::{Mark, Progress, Run};
+pub use run::{Crossing, Progress, Run};
 #[doc(hidden)]
 pub use settings::Settings;
 

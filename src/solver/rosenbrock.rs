@@ -37,30 +37,6 @@ const ALPHA: [f64; 4] = [0.0, 0.386, 0.21, 0.63];
 /// Weights of the partial derivative with respect to time in stages 1 to 4, multiplied by the step size.
 const D: [f64; 4] = [0.25, -0.1043, 0.1035, -0.036_200_000_000_000_23];
 
-/// The method as a table, for linear equations that are solved along a run.
-#[derive(Clone, Copy, Debug)]
-pub struct Table {
-    /// The share of the Jacobian in each stage.
-    pub gamma: f64,
-    /// Times of stages 1 to 4 within the step; the others are at its end.
-    pub times: [f64; 4],
-    /// Weights of the earlier stages in the arguments; stage 6 adds the fifth stage to the fifth argument.
-    pub arguments: [&'static [f64]; 6],
-    /// Weights of the earlier stages on the right-hand sides, divided by the step size.
-    pub rights: [&'static [f64]; 6],
-    /// Weights of the partial derivative with respect to time in stages 1 to 4, multiplied by the step size.
-    pub drifts: [f64; 4],
-}
-
-/// Rodas4.
-pub const RODAS: Table = Table {
-    gamma: GAMMA,
-    times: ALPHA,
-    arguments: [&[], &A2, &A3, &A4, &A5, &[]],
-    rights: [&[], &C2, &C3, &C4, &C5, &C6],
-    drifts: D,
-};
-
 /// One step of size `h`; `None` if it leads nowhere.
 pub fn step<H: System<U>, S: Varying, const N: usize, const U: usize>(
     system: &H,

@@ -2,11 +2,11 @@
 
 /// A size of steps, and how states that follow inputs alone come closer in a step of this size to where these lead.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Stride {
+pub struct Stride<S> {
     /// The size in s.
     pub size: f64,
     /// What half a step leaves of the distances of two states, as a matrix.
-    pub half: [[f64; 2]; 2],
+    pub half: [[S; 2]; 2],
 }
 
 /// States that follow inputs alone, in a step over which these are held.

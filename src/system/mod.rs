@@ -14,11 +14,11 @@ mod held;
 mod hints;
 mod indicators;
 mod jacobian;
+mod kept;
 mod limits;
 mod longest_steps;
 mod place;
 mod sample;
-pub mod side;
 mod solving;
 mod tables;
 
@@ -36,6 +36,10 @@ pub use self::held::Held;
 pub use self::hints::Hints;
 pub use self::indicators::{Indicator, UNUSED};
 pub(crate) use self::jacobian::{jacobian_by_couplings, jacobian_by_duals};
+pub use self::kept::Kept;
+#[cfg(feature = "sensitivities")]
+pub(crate) use self::kept::are_alike;
+pub(crate) use self::kept::{kept, varied};
 pub use self::limits::Limits;
 pub use self::longest_steps::LongestSteps;
 pub use self::place::Place;
@@ -368,8 +372,8 @@ pub trait System<const U: usize>: Clone + Send + 'static {
     }
 
     /// What [`led`](Self::led) needs to know of a step of a size in s, whatever the states and the inputs.
-    fn stride(&self, size: f64) -> Stride {
-        Stride { size, half: [[0.0; 2]; 2] }
+    fn stride<S: Varying>(&self, size: f64) -> Stride<S> {
+        Stride { size, half: [[S::zero(); 2]; 2] }
     }
 
     /// The states in a step, under inputs that are held and that the memory has followed; of each array the first
@@ -379,7 +383,7 @@ pub trait System<const U: usize>: Clone + Send + 'static {
         x: &[S; N],
         _u: &[S; U],
         _memory: &Self::Memory<S>,
-        _stride: &Stride,
+        _stride: &Stride<S>,
     ) -> Led<[S; N]> {
         Led { middle: *x, end: *x, bend: [S::zero(); N] }
     }

@@ -25,8 +25,8 @@ impl<S: Scalar> Sample<S> {
     }
 
     /// A sample of a part that takes one in every period, in s.
-    pub fn periodic(time: f64, period: f64) -> Self {
-        Self { time: S::of(time), tolerance: PUNCTUALITY * period }
+    pub fn periodic(time: S, period: f64) -> Self {
+        Self { time, tolerance: PUNCTUALITY * period }
     }
 
     /// A time in s at which a step has to end.
@@ -56,7 +56,7 @@ mod tests {
 
     #[test]
     fn communication_point_within_a_thousandth_of_the_sample_time_is_on_the_sample() {
-        let sample = Sample::<Real>::periodic(3.0, 1e-3);
+        let sample = Sample::periodic(Real::of(3.0), 1e-3);
         for point in [3.0 - 0.9e-6, 3.0, 3.0 + 0.9e-6] {
             assert!(!sample.is_before(point) && sample.is_due_at(point), "{point}");
         }

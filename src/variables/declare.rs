@@ -6,25 +6,53 @@ use crate::numbers::Tangent;
 /// A parameter that may be changed between steps: a number that equations can be differentiated by.
 pub type Tunable = Tangent;
 
+/// A parameter that is fixed once a run has started, whose field is a number that equations can be differentiated by, as a
+/// [`Tunable`].
+#[derive(Clone, Copy, Debug)]
+pub enum Fixed {}
+
 /// Something that is read from one or more consecutive numbers of a table.
-pub trait Field: Sized {
+pub trait Field {
+    /// What the field of a struct holds.
+    type Value;
     /// How many numbers it takes.
     const LEN: usize;
     /// Whether it may be changed between steps.
     const IS_TUNABLE: bool = false;
+    /// Whether equations can be differentiated by it, where it is real.
+    const VARIES: bool = true;
     /// Reads them from the front; `None` if they have no such meaning.
-    fn read(values: &[Tunable]) -> Option<Self>;
+    fn read(values: &[Tunable]) -> Option<Self::Value>;
 }
 
-/// A number that is fixed once a run has started.
-impl Field for f64 {
+impl Field for Fixed {
+    type Value = Tangent;
     const LEN: usize = 1;
+    fn read(values: &[Tunable]) -> Option<Tangent> {
+        Some(values[0])
+    }
+}
+
+impl<const N: usize> Field for [Fixed; N] {
+    type Value = [Tangent; N];
+    const LEN: usize = N;
+    fn read(values: &[Tunable]) -> Option<[Tangent; N]> {
+        Some(std::array::from_fn(|index| values[index]))
+    }
+}
+
+/// A number that is fixed once a run has started, and that nothing is differentiated by.
+impl Field for f64 {
+    type Value = Self;
+    const LEN: usize = 1;
+    const VARIES: bool = false;
     fn read(values: &[Tunable]) -> Option<Self> {
         Some(values[0].value)
     }
 }
 
 impl Field for Tunable {
+    type Value = Self;
     const LEN: usize = 1;
     const IS_TUNABLE: bool = true;
     fn read(values: &[Tunable]) -> Option<Self> {
@@ -33,13 +61,16 @@ impl Field for Tunable {
 }
 
 impl<const N: usize> Field for [f64; N] {
+    type Value = Self;
     const LEN: usize = N;
+    const VARIES: bool = false;
     fn read(values: &[Tunable]) -> Option<Self> {
         Some(std::array::from_fn(|index| values[index].value))
     }
 }
 
 impl<const N: usize> Field for [Tunable; N] {
+    type Value = Self;
     const LEN: usize = N;
     const IS_TUNABLE: bool = true;
     fn read(values: &[Tunable]) -> Option<Self> {
@@ -48,6 +79,7 @@ impl<const N: usize> Field for [Tunable; N] {
 }
 
 impl Field for bool {
+    type Value = Self;
     const LEN: usize = 1;
     fn read(values: &[Tunable]) -> Option<Self> {
         match values[0].value {
@@ -60,6 +92,7 @@ impl Field for bool {
 
 /// An integer of the interface, which has 32 bits.
 impl Field for i32 {
+    type Value = Self;
     const LEN: usize = 1;
     fn read(values: &[Tunable]) -> Option<Self> {
         let whole = values[0].value as i32;
@@ -69,6 +102,7 @@ impl Field for i32 {
 
 /// A count.
 impl Field for usize {
+    type Value = Self;
     const LEN: usize = 1;
     fn read(values: &[Tunable]) -> Option<Self> {
         i32::read(values)?.try_into().ok()
@@ -77,6 +111,7 @@ impl Field for usize {
 
 /// A count or a seed.
 impl Field for u64 {
+    type Value = Self;
     const LEN: usize = 1;
     fn read(values: &[Tunable]) -> Option<Self> {
         i32::read(values)?.try_into().ok()
@@ -105,11 +140,12 @@ impl<const N: usize> Declaration for [Variable; N] {
     }
 }
 
-/// The variables that a declaration yields for a field, whose type says whether they are tunable.
+/// The variables that a declaration yields for a field, whose type says whether they are tunable, and whether they vary.
 pub fn declared<F: Field, D: Declaration>(declaration: D) -> impl Iterator<Item = Variable> {
     const { assert!(F::LEN == D::COUNT, "a field has another number of values than its declaration has variables") }
     let role = |variable: Variable| if F::IS_TUNABLE { variable.tunable() } else { variable };
-    declaration.into_variables().into_iter().map(role)
+    let declared = declaration.into_variables().into_iter().map(role);
+    declared.map(|variable| Variable { varies: variable.varies && F::VARIES, ..variable })
 }
 
 /// A struct of parameters, made by [`parameters!`](crate::parameters).
@@ -188,7 +224,7 @@ macro_rules! parameters {
         $(#[$doc])*
         #[derive(Clone, Debug, PartialEq)]
         #[allow(missing_docs, reason = "each field is described by the text of its variable")]
-        pub struct $name { $(pub $field: $type),* }
+        pub struct $name { $(pub $field: <$type as $crate::variables::Field>::Value),* }
 
         impl $crate::variables::ParameterSet for $name {
             const LEN: usize = 0 $(+ <$type as $crate::variables::Field>::LEN)*;

@@ -66,6 +66,7 @@ macro_rules! enumeration {
         }
 
         impl $crate::variables::Field for $type {
+            type Value = Self;
             const LEN: usize = 1;
             fn read(values: &[$crate::variables::Tunable]) -> Option<Self> {
                 <Self as $crate::variables::Choice>::from_id(values[0].value)

@@ -16,7 +16,7 @@ mod values;
 use std::fmt;
 
 pub use array::array_name;
-pub use declare::{Declaration, Field, ParameterSet, Tunable};
+pub use declare::{Declaration, Field, Fixed, ParameterSet, Tunable};
 #[doc(hidden)]
 pub use declare::{declared, refused};
 pub use enumeration::{Choice, Enumeration};
@@ -140,6 +140,8 @@ pub struct Variable {
     pub counts_for: Option<Case>,
     /// What a parameter means, whatever its name is.
     pub meaning: Option<Meaning>,
+    /// Whether equations hold a parameter as a number that they can be differentiated by.
+    pub varies: bool,
 }
 
 impl Variable {
@@ -161,6 +163,7 @@ impl Variable {
             chooses: None,
             counts_for: None,
             meaning: None,
+            varies: true,
         }
     }
 

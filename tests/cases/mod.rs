@@ -3,7 +3,7 @@
 #![allow(dead_code, reason = "each test uses a part of it")]
 
 use pneumatic_servo::co_simulation::Simulation;
-use pneumatic_servo::model::{Model, Setup, Start};
+use pneumatic_servo::model::{Model, Seeds, Setup, Start};
 use pneumatic_servo::variables::{Kind, Variable};
 
 /// What is chosen or changed together.
@@ -132,7 +132,7 @@ pub fn start(model: &Model, changes: &Changes) -> (Box<dyn Simulation>, Vec<f64>
     };
     let parameters: Vec<f64> = table.parameters().map(start).collect();
     let inputs: Vec<f64> = table.inputs().map(start).collect();
-    let start = Start { time: 0.0, parameters: &parameters, inputs: &inputs, tolerance: None };
+    let start = Start { time: 0.0, parameters: &parameters, inputs: &inputs, tolerance: None, seeds: Seeds::NONE };
     let simulation =
         (model.functions.start)(&start).unwrap_or_else(|error| panic!("{} {changes:?}: {error}", model.name));
     (simulation, parameters, inputs)

@@ -5,7 +5,7 @@
 use std::collections::HashMap;
 
 use pneumatic_servo::co_simulation::Simulation;
-use pneumatic_servo::model::{Model, Start};
+use pneumatic_servo::model::{Model, Seeds, Start};
 use pneumatic_servo::models;
 use pneumatic_servo::solver::StepError;
 use pneumatic_servo::variables::{Kind, ParameterError, Role, Variable};
@@ -94,7 +94,13 @@ impl Rig {
 
     /// Starts at time 0.
     pub fn start(&self) -> Result<Running, ParameterError> {
-        let start = Start { time: 0.0, parameters: &self.parameters, inputs: &self.inputs, tolerance: None };
+        let start = Start {
+            time: 0.0,
+            parameters: &self.parameters,
+            inputs: &self.inputs,
+            tolerance: None,
+            seeds: Seeds::NONE,
+        };
         let computed = variables(self.model, Variable::is_computed);
         Ok(Running {
             simulation: (self.model.functions.start)(&start)?,

@@ -7,7 +7,7 @@ mod cvode;
 mod diffsol;
 
 use anyhow::{Context, Result, bail};
-use pneumatic_servo::model::Start;
+use pneumatic_servo::model::{Seeds, Start};
 use pneumatic_servo::models::pneumatic_servo_cylinder::PneumaticServoCylinder;
 use pneumatic_servo::session::build;
 use pneumatic_servo::system::System;
@@ -43,8 +43,14 @@ impl Rival {
     /// When the solver gives up.
     pub fn run(self, case: &Case, tolerance: f64) -> Result<Run> {
         let without_play = case.clone().with("valve.hysteresis", 0.0);
-        let start = Start { time: 0.0, parameters: &without_play.parameters, inputs: &inputs(), tolerance: None };
-        let (system, _) = build::<PneumaticServoCylinder, 3>(&start, &[]).context("legal parameters")?;
+        let start = Start {
+            time: 0.0,
+            parameters: &without_play.parameters,
+            inputs: &inputs(),
+            tolerance: None,
+            seeds: Seeds::NONE,
+        };
+        let (system, _) = build::<PneumaticServoCylinder, 3>(&start).context("legal parameters")?;
         match system.states() {
             8 => self.run_with::<8>(case, system, tolerance),
             9 => self.run_with::<9>(case, system, tolerance),

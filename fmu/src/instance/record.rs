@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::layout::Layout;
 use crate::calls::Mode;
 use crate::failure::Failure;
-use pneumatic_servo::model::Start;
+use pneumatic_servo::model::{Seeds, Start};
 use pneumatic_servo::variables::Variable;
 
 /// The experiment as the host asks for it.
@@ -106,6 +106,7 @@ impl Record {
             parameters: &self.parameters,
             inputs: &self.inputs,
             tolerance: experiment.tolerance,
+            seeds: Seeds::NONE,
         }
     }
 }

@@ -11,7 +11,6 @@ use crate::failure::Failure;
 use pneumatic_servo::co_simulation::{Direction, Simulation, Snapshot, SnapshotError};
 use pneumatic_servo::enumeration;
 use pneumatic_servo::model::{Experiment, Functions, Model, Start};
-use pneumatic_servo::sensitivity::Differentiable;
 use pneumatic_servo::solver::StepError;
 use pneumatic_servo::variables::{Choice, ParameterError, Role, Table, Variable, units};
 
@@ -37,6 +36,7 @@ pub const MODEL: Model = Model {
         snapshot_size: 64,
         indicators: Vec::new,
         start: |start| Ok(Box::new(Lag::new(start)?)),
+        vary: |_| Err(ParameterError::new("slopes", 0.0, "this model has none")),
     },
     experiment: Experiment { stop_time: 1.0, step_size: 0.1, signals: &[], panels: &[] },
 };
@@ -128,8 +128,6 @@ fn checked(parameters: &[f64]) -> Result<[f64; 4], ParameterError> {
     }
     Ok(parameters)
 }
-
-impl Differentiable for Lag {}
 
 impl Simulation for Lag {
     fn time(&self) -> f64 {

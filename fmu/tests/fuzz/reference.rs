@@ -3,7 +3,7 @@
 use std::ffi::{c_int, c_void};
 
 use pneumatic_servo::co_simulation::{Direction, Simulation, Snapshot};
-use pneumatic_servo::model::Start;
+use pneumatic_servo::model::{Seeds, Start};
 use pneumatic_servo::variables::{Chosen, Kind, Role, Variable};
 
 use crate::common::{DISCARD, ERROR, Instance, OK, is_input, is_real};
@@ -44,7 +44,7 @@ impl Expected {
 
     pub fn simulation(&self) -> Option<Box<dyn Simulation>> {
         let (time, tolerance) = (self.start, self.tolerance);
-        let start = Start { time, parameters: &self.parameters, inputs: &self.inputs, tolerance };
+        let start = Start { time, parameters: &self.parameters, inputs: &self.inputs, tolerance, seeds: Seeds::NONE };
         let mut simulation = (MODEL.get().functions.start)(&start).ok()?;
         simulation.set_inputs(&self.inputs, &self.slopes);
         Some(simulation)

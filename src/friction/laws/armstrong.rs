@@ -9,7 +9,7 @@ use crate::friction::parts::delay::{self, DelayLine};
 use crate::friction::parts::parameters::{coulomb_force, damping, dwell_time, force, stiffness, velocity, viscous};
 use crate::numbers::{Scalar, Varying};
 use crate::parameters;
-use crate::variables::{Meaning, ParameterError, Tunable, Variable, units};
+use crate::variables::{Fixed, Meaning, ParameterError, Tunable, Variable, units};
 
 parameters! {
     /// Armstrong's seven-parameter friction.
@@ -43,7 +43,7 @@ parameters! {
             .text("Excess of static over Coulomb friction after a long time at rest");
         dwell_time: Tunable = dwell_time(6, 0.1)
             .text("Time at rest in which half of the missing static excess comes back");
-        lag: f64 = Variable::parameter(7, "tauL", units::SECOND, 5e-3)
+        lag: Fixed = Variable::parameter(7, "tauL", units::SECOND, 5e-3)
             .range(0.0, 10.0)
             .shown_in("ms")
             .text("Frictional memory: delay between a change of speed and that of friction; 0 or at least 10 us");
@@ -83,7 +83,7 @@ impl FrictionLaw for Armstrong {
 
     fn check(&self) -> Result<(), ParameterError> {
         if self.lag > 0.0 && self.lag < 1e-5 {
-            return Err(ParameterError::new("tauL", self.lag, "it must be 0 or at least 1e-5"));
+            return Err(ParameterError::new("tauL", self.lag.value, "it must be 0 or at least 1e-5"));
         }
         Ok(())
     }
@@ -138,7 +138,7 @@ impl FrictionLaw for Armstrong {
     }
 
     fn max_step(&self) -> f64 {
-        delay::max_step(self.lag)
+        delay::max_step(self.lag.value)
     }
 
     fn depends_on_time(&self) -> bool {

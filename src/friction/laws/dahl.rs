@@ -55,7 +55,7 @@ pub enum Mode {
     #[default]
     Bending,
     /// The deflection is at its limit, or follows it closely, in a direction, +1 or -1, in which the motion points.
-    Saturated(#[serde(with = "crate::system::side")] f64),
+    Saturated(f64),
 }
 
 impl BristleLaw for Dahl {

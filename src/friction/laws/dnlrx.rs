@@ -101,7 +101,7 @@ impl FrictionLaw for Dnlrx {
     }
 
     fn next_sample<S: Varying>(&self, memory: &Memory<S>) -> Sample<S> {
-        Sample::periodic(memory.start + (memory.count + 1) as f64 * self.sample_time, self.sample_time)
+        Sample::periodic(S::of(memory.start + (memory.count + 1) as f64 * self.sample_time), self.sample_time)
     }
 
     fn sample<S: Varying>(&self, contact: &Contact<S>, _z: &[S], memory: &mut Memory<S>) {
@@ -112,7 +112,8 @@ impl FrictionLaw for Dnlrx {
         memory.deformations[0] = memory.deformations[1];
         for (deformation, limit) in memory.deformations[0].iter_mut().zip(self.limit).take(self.count) {
             let limit = contact.level * limit;
-            *deformation = (*deformation + step).clamp(-limit, limit);
+            let pushed = *deformation + step;
+            *deformation = pushed.unless_tied(limit).unless_tied(-limit).clamp(-limit, limit);
         }
         memory.count += 1;
         memory.force = self.regression(memory);

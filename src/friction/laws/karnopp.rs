@@ -45,9 +45,9 @@ pub enum Mode {
     /// In the band, `w` constant: friction balances the applied force.
     Held,
     /// In the band, `w` moving in a direction under the force beyond `F_s`.
-    Crossing(#[serde(with = "crate::system::side")] f64),
+    Crossing(f64),
     /// Outside the band, in a direction.
-    Sliding(#[serde(with = "crate::system::side")] f64),
+    Sliding(f64),
 }
 
 /// The mode, and what keeps it from changing without end.

@@ -86,7 +86,6 @@ const CAPACITY: usize = 128;
 #[serde(bound(serialize = "", deserialize = ""))]
 pub struct Memory<S: Varying> {
     /// Direction of `z`, +1 or -1; 0 before it has moved.
-    #[serde(with = "crate::system::side")]
     direction: f64,
     /// The last one is that of the present branch.
     turned: List<TurningPoint<S>, CAPACITY>,

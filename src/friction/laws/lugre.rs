@@ -55,6 +55,7 @@ const DAMPING_VELOCITY: f64 = 0.01;
 pub struct Decay(Tunable);
 
 impl Field for Decay {
+    type Value = Self;
     const LEN: usize = 1;
     const IS_TUNABLE: bool = true;
 

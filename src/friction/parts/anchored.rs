@@ -26,7 +26,6 @@ pub enum Mode<S> {
     /// Sliding.
     Sliding {
         /// Direction of sliding, +1 or -1.
-        #[serde(with = "crate::system::side")]
         direction: f64,
     },
 }
@@ -51,11 +50,12 @@ pub struct Spring {
 
 /// Stiffness and damping, two parameters of a law.
 impl Field for Spring {
+    type Value = Self;
     const LEN: usize = 2;
     const IS_TUNABLE: bool = true;
 
     fn read(values: &[Tunable]) -> Option<Self> {
-        let [stiffness, damping] = Field::read(values)?;
+        let [stiffness, damping] = <[Tunable; 2]>::read(values)?;
         Some(Self { stiffness, damping })
     }
 }

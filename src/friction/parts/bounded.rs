@@ -17,7 +17,7 @@ pub enum Mode {
     #[default]
     Following,
     /// At the limit in a direction, +1 or -1, while the motion points there.
-    Limited(#[serde(with = "crate::system::side")] f64),
+    Limited(f64),
 }
 
 impl Mode {

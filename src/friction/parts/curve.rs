@@ -28,11 +28,12 @@ pub struct StribeckCurve {
 
 /// The first four parameters of a law.
 impl Field for StribeckCurve {
+    type Value = Self;
     const LEN: usize = 4;
     const IS_TUNABLE: bool = true;
 
     fn read(values: &[Tunable]) -> Option<Self> {
-        let [static_force, coulomb_force, stribeck_velocity, exponent] = Field::read(values)?;
+        let [static_force, coulomb_force, stribeck_velocity, exponent] = <[Tunable; 4]>::read(values)?;
         Some(Self { static_force, coulomb_force, stribeck_velocity, exponent })
     }
 }

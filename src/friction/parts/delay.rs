@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::friction::law::Contact;
 use crate::friction::parts::list::List;
-use crate::numbers::{Scalar, Varying};
+use crate::numbers::{Scalar, Tangent, Varying};
 
 /// No three points are within this fraction of the delay.
 const RESOLUTION: usize = 64;
@@ -59,7 +59,7 @@ impl<H: Varying> DelayLine<H> {
     }
 
     /// The velocity in m/s a delay before the contact's time.
-    pub fn velocity<S: Scalar<Held = H>>(&self, contact: &Contact<S>, delay: f64) -> S {
+    pub fn velocity<S: Scalar<Held = H>>(&self, contact: &Contact<S>, delay: Tangent) -> S {
         if delay <= 0.0 {
             return contact.velocity;
         }
@@ -80,7 +80,8 @@ impl<H: Varying> DelayLine<H> {
     }
 
     /// Takes in the present point.
-    pub fn follow(&mut self, contact: &Contact<H>, delay: f64) {
+    pub fn follow(&mut self, contact: &Contact<H>, delay: Tangent) {
+        let delay = delay.value;
         let point = Point::new(contact);
         let count = self.points.len();
         match &mut *self.points {
@@ -106,7 +107,7 @@ mod tests {
     use crate::friction::law::Drive;
     use crate::numbers::Real;
 
-    const DELAY: f64 = 5e-3;
+    const DELAY: Tangent = Tangent::still(5e-3);
 
     fn contact(time: f64, position: f64, velocity: f64) -> Contact<Real> {
         Contact { time, position, velocity, applied: 0.0, level: 1.0, drive: Drive::Force }.still()
@@ -126,7 +127,7 @@ mod tests {
             line.follow(&motion(time), DELAY);
             for share in [0.0, 0.3, 0.7] {
                 let now = motion(time + share * step);
-                let expected = motion((now.time.value - DELAY).max(0.0)).velocity.value;
+                let expected = motion((now.time.value - DELAY.value).max(0.0)).velocity.value;
                 worst = worst.max((velocity(&line, &now) - expected).abs());
             }
         }
@@ -144,7 +145,7 @@ mod tests {
 
     #[test]
     fn steps_of_any_size_fit_and_the_line_stays_short() {
-        let widest = 2.0 * DELAY / RESOLUTION as f64;
+        let widest = 2.0 * DELAY.value / RESOLUTION as f64;
         assert!(worst(100.0, 1e-6) < 0.0081 * 1e8 * widest.powi(3) + 1e-9);
     }
 
@@ -155,7 +156,7 @@ mod tests {
         line.follow(&contact(1e-3, 1e-3, 1.0), DELAY);
         line.follow(&contact(1e-3, 1e-3, -1.0), DELAY);
         line.follow(&contact(2e-3, 0.0, -1.0), DELAY);
-        assert_eq!(velocity(&line, &contact(DELAY + 0.9e-3, 0.0, 0.0)), 1.0);
-        assert_eq!(velocity(&line, &contact(DELAY + 1.1e-3, 0.0, 0.0)), -1.0);
+        assert_eq!(velocity(&line, &contact(DELAY.value + 0.9e-3, 0.0, 0.0)), 1.0);
+        assert_eq!(velocity(&line, &contact(DELAY.value + 1.1e-3, 0.0, 0.0)), -1.0);
     }
 }

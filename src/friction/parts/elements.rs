@@ -27,7 +27,6 @@ pub fn count(default: i32) -> Variable {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Modes {
     /// Direction of slipping, +1 or -1; 0 while none slips.
-    #[serde(with = "crate::system::side")]
     direction: f64,
     slips: [bool; MAX_ELEMENTS],
 }

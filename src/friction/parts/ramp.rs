@@ -21,11 +21,12 @@ pub struct Ramp {
 
 /// The first five parameters of a law.
 impl Field for Ramp {
+    type Value = Self;
     const LEN: usize = 5;
     const IS_TUNABLE: bool = true;
 
     fn read(values: &[Tunable]) -> Option<Self> {
-        let [static_force, coulomb_force, static_velocity, viscous, kinetic_velocity] = Field::read(values)?;
+        let [static_force, coulomb_force, static_velocity, viscous, kinetic_velocity] = <[Tunable; 5]>::read(values)?;
         Some(Self { static_force, coulomb_force, static_velocity, viscous, kinetic_velocity })
     }
 }

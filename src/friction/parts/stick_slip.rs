@@ -16,7 +16,7 @@ pub enum Mode {
     /// At rest, held by friction.
     Stuck,
     /// Sliding in a direction, +1 or -1.
-    Sliding(#[serde(with = "crate::system::side")] f64),
+    Sliding(f64),
 }
 
 impl Mode {

@@ -18,7 +18,7 @@ use serde::{Deserialize, Serialize};
 
 use self::variables::{Inputs, Outputs, Parameters, State};
 use self::walk::{Harmonic, Walk};
-use crate::co_simulation::Simulation;
+use crate::co_simulation::Product;
 use crate::friction::{self, Contact, Drive, Event, Friction, FrictionContact, FrictionLaw, Indicators, MAX_STATES};
 use crate::mechanics::GRAVITY;
 use crate::model::{Experiment, Functions, Model, Panel, Start};
@@ -35,7 +35,7 @@ pub const fn model<L: FrictionLaw>() -> Model {
     Model {
         name: "DrivenSlider",
         description: "Free slider on a harmonically shaken tray, moved by friction alone",
-        functions: Functions::of::<DrivenSlider<L>, 1>(State::OTHERS + MAX_STATES, start::<L>),
+        functions: Functions::of::<DrivenSlider<L>, 1>(State::OTHERS + MAX_STATES, start::<L, _>, start::<L, _>),
         experiment: Experiment {
             stop_time: 0.5,
             step_size: 5e-4,
@@ -71,23 +71,20 @@ pub struct Memory<F = friction::Memory> {
 }
 
 /// Starts a run with as many states as the friction law needs.
-fn start<L: FrictionLaw>(start: &Start) -> Result<Box<dyn Simulation>, ParameterError> {
+fn start<L: FrictionLaw, P: Product>(start: &Start) -> Result<P, ParameterError> {
     start_sized!(start, DrivenSlider<L>, 1, [State::OTHERS, State::OTHERS + 1, State::OTHERS + MAX_STATES])
 }
 
 impl<L: FrictionLaw> DrivenSlider<L> {
     fn of(p: Parameters, friction: L) -> Self {
-        let tray = Harmonic {
-            amplitude: Tunable::still(p.tray_velocity),
-            frequency: TAU * p.tray_frequency,
-            phase: Tunable::still(0.0),
-        };
+        let tray =
+            Harmonic { amplitude: p.tray_velocity, frequency: TAU * p.tray_frequency, phase: Tunable::still(0.0) };
         // From the velocity of the tray the slider comes to rest in v_d/(mu_dyn*g).
-        let flight_time = Tunable::still(p.flight_factor * p.tray_velocity) / (p.dynamic_coefficient * GRAVITY);
+        let flight_time = p.flight_factor * p.tray_velocity / (p.dynamic_coefficient * GRAVITY);
         let stick_free = tray.stick_free(flight_time);
         let walk = (p.walk_steps > 0).then(|| {
             let coefficients = [p.static_coefficient, p.dynamic_coefficient];
-            let time_step = 1.0 / (p.tray_frequency * f64::from(p.walk_steps));
+            let time_step = 1.0 / (p.tray_frequency.value * f64::from(p.walk_steps));
             Walk::new([tray, stick_free], coefficients, time_step, p.seed)
         });
         Self {
@@ -126,11 +123,11 @@ impl<L: FrictionLaw> DrivenSlider<L> {
 
     /// Number of the half period after a time, in whose middle the tray turns back.
     fn peak_after(&self, time: f64) -> f64 {
-        libm::floor(2.0 * self.p.tray_frequency * time + 0.5)
+        libm::floor(2.0 * self.p.tray_frequency.value * time + 0.5)
     }
 
     /// Time in s at which the tray turns back in a half period.
-    fn peak_time(&self, number: f64) -> f64 {
+    fn peak_time(&self, number: f64) -> Tunable {
         (number + 0.5) / (2.0 * self.p.tray_frequency)
     }
 }
@@ -157,8 +154,8 @@ impl<L: FrictionLaw> System<1> for DrivenSlider<L> {
 
     fn start<S: Varying, const N: usize>(&self, u: &[S; 1]) -> ([S; N], Self::Memory<S>) {
         let mut x = [S::zero(); N];
-        State::Position.set(&mut x, S::of(self.p.position0));
-        State::Velocity.set(&mut x, S::of(self.p.velocity0));
+        State::Position.set(&mut x, S::along(self.p.position0));
+        State::Velocity.set(&mut x, S::along(self.p.velocity0));
         let contact = self.contact(S::zero(), &x, &Inputs::read(u));
         let friction = self.friction.start(&contact, &mut x);
         let walk = self.walk.map_or(walk::State::AT_REST, |walk| walk.start(0.0));
@@ -227,8 +224,8 @@ impl<L: FrictionLaw> System<1> for DrivenSlider<L> {
 
     /// Where the tray turns back the force on a stuck slider is largest: a step ends there, lest it miss a break-away.
     fn next_sample<S: Varying>(&self, memory: &Memory<L::Memory<S>>) -> Sample<S> {
-        let of_walk = |walk: Walk| Sample::periodic(walk.next_step(&memory.walk), walk.time_step);
-        let turn = Sample::exact(S::of(self.peak_time(memory.peak)));
+        let of_walk = |walk: Walk| Sample::periodic(S::of(walk.next_step(&memory.walk)), walk.time_step);
+        let turn = Sample::exact(S::along(self.peak_time(memory.peak)));
         let of_friction = self.friction.next_sample::<S>(&memory.friction);
         self.walk.map_or(Sample::never(), of_walk).earlier(turn).earlier(of_friction)
     }
@@ -261,7 +258,7 @@ impl<L: FrictionLaw> System<1> for DrivenSlider<L> {
         if let Some(walk) = self.walk.filter(|walk| walk.next_step(&memory.walk) <= now) {
             walk.step(&mut memory.walk);
         }
-        if self.peak_time(memory.peak) <= now {
+        if self.peak_time(memory.peak).value <= now {
             memory.peak += 1.0;
         }
     }
@@ -344,9 +341,9 @@ mod tests {
     #[test]
     fn tray_turns_back_twice_in_a_period() {
         let slider = checks::built::<DrivenSlider, 1>(None);
-        let period = 1.0 / slider.p.tray_frequency;
+        let period = 1.0 / slider.p.tray_frequency.value;
         for (time, next) in [(0.0, 0.25), (0.24, 0.25), (0.26, 0.75), (0.74, 0.75), (0.76, 1.25), (7.9, 8.25)] {
-            let turn = slider.peak_time(slider.peak_after(time * period));
+            let turn = slider.peak_time(slider.peak_after(time * period)).value;
             assert!((turn - next * period).abs() < 1e-12 * period, "{turn} s after {time} periods");
         }
     }

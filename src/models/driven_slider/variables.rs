@@ -4,7 +4,7 @@ use crate::friction::parts::shared::{SharedForce, SharedForces};
 use crate::friction::{FrictionLaw, Law, states};
 use crate::mechanics::GRAVITY;
 use crate::system::{Tables, references};
-use crate::variables::{Choice, ParameterError, ParameterSet, Tunable, Variable, units};
+use crate::variables::{Choice, Fixed, ParameterError, ParameterSet, Tunable, Variable, units};
 use crate::{inputs, outputs, parameters, states};
 
 /// The slider of the source.
@@ -109,25 +109,25 @@ outputs! {
 parameters! {
     /// The parameters of slider, tray and walk; those of the friction law and of the solver follow in the table.
     Parameters {
-        mass: f64 = Variable::parameter(1001, "mass", units::KILOGRAM, MASS).range(1e-6, 1e4).shown_in("g")
+        mass: Fixed = Variable::parameter(1001, "mass", units::KILOGRAM, MASS).range(1e-6, 1e4).shown_in("g")
             .text("Mass of the slider");
         dynamic_coefficient: Tunable = Variable::parameter(1002, "muDynamic", units::ONE, DYNAMIC_COEFFICIENT).range(1e-3, 100.0)
             .text("Dynamic friction coefficient: Coulomb friction of the law divided by the weight");
         static_coefficient: Tunable = Variable::parameter(1003, "muStatic", units::ONE, 0.4).range(1e-3, 100.0)
             .text("Static friction coefficient: break-away force of the law divided by the weight; not below muDynamic");
-        tray_velocity: f64 = Variable::parameter(1004, "tray.velocityAmplitude", units::METRE_PER_SECOND, 0.04).range(0.0, 100.0).shown_in("mm/s")
+        tray_velocity: Fixed = Variable::parameter(1004, "tray.velocityAmplitude", units::METRE_PER_SECOND, 0.04).range(0.0, 100.0).shown_in("mm/s")
             .text("Amplitude v_d of the velocity of the tray, which is v_d*cos(2*pi*frequency*time)");
-        tray_frequency: f64 = Variable::parameter(1005, "tray.frequency", units::HERTZ, 20.0).range(1e-3, 1e4)
+        tray_frequency: Fixed = Variable::parameter(1005, "tray.frequency", units::HERTZ, 20.0).range(1e-3, 1e4)
             .text("Frequency of the tray");
-        position0: f64 = Variable::parameter(1006, "relativePosition0", units::METRE, 0.0).range(-1e3, 1e3).shown_in("mm")
+        position0: Fixed = Variable::parameter(1006, "relativePosition0", units::METRE, 0.0).range(-1e3, 1e3).shown_in("mm")
             .text("Initial position on the tray");
-        velocity0: f64 = Variable::parameter(1007, "relativeVelocity0", units::METRE_PER_SECOND, 0.0).range(-100.0, 100.0).shown_in("mm/s")
+        velocity0: Fixed = Variable::parameter(1007, "relativeVelocity0", units::METRE_PER_SECOND, 0.0).range(-100.0, 100.0).shown_in("mm/s")
             .text("Initial velocity on the tray: that of a kick");
         walk_steps: i32 = Variable::count(1008, "walk.stepsPerPeriod", 500).range(0.0, 1e6)
             .text("Time steps of the random walk per period of the tray; 0: no walk");
         seed: u64 = Variable::count(1009, "walk.seed", 1).range(0.0, f64::from(i32::MAX))
             .text("Seed of the random walk");
-        flight_factor: f64 = Variable::parameter(1010, "walk.flightFactor", units::ONE, 1.0).range(0.0, 100.0)
+        flight_factor: Fixed = Variable::parameter(1010, "walk.flightFactor", units::ONE, 1.0).range(0.0, 100.0)
             .text("Flight time of the stick-free attractor in units of v_d/(muDynamic*g), in which the slider comes to rest from v_d");
     }
 }

@@ -34,7 +34,7 @@ pub struct Harmonic {
     /// Amplitude in m/s.
     pub amplitude: Tunable,
     /// Angular frequency in rad/s.
-    pub frequency: f64,
+    pub frequency: Tunable,
     /// Phase delay in rad.
     pub phase: Tunable,
 }
@@ -154,7 +154,7 @@ mod tests {
         Tunable::still(value)
     }
 
-    const TRAY: Harmonic = Harmonic { amplitude: still(0.04), frequency: TAU * 20.0, phase: still(0.0) };
+    const TRAY: Harmonic = Harmonic { amplitude: still(0.04), frequency: still(TAU * 20.0), phase: still(0.0) };
 
     #[test]
     fn state_with_one_value_that_is_not_finite_is_no_walk() {
@@ -231,7 +231,7 @@ mod tests {
     /// With `mu_dyn = 1.5` the stick-free attractor of a tray at 1.35 g is not too steep to be followed.
     #[test]
     fn chi_above_one_follows_the_stick_free_attractor() {
-        let tray = Harmonic { amplitude: still(1.35 * GRAVITY / TRAY.frequency), ..TRAY };
+        let tray = Harmonic { amplitude: 1.35 * GRAVITY / TRAY.frequency, ..TRAY };
         let walk =
             Walk::new([tray, tray.stick_free(tray.amplitude / (1.5 * GRAVITY))], [15.0, 1.5].map(still), 1e-4, 1);
         assert!(walk.chi.value > 1.0);

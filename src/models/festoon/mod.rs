@@ -20,7 +20,7 @@ mod variables;
 use serde::{Deserialize, Serialize};
 
 use self::variables::{CRANE_POSITION, Inputs, Outputs, Parameters, State, TrolleyOutputs, contact_base, trolley_base};
-use crate::co_simulation::Simulation;
+use crate::co_simulation::Product;
 use crate::friction::{self, Contact, ContactLaw, Drive, Event, Friction, FrictionContact, FrictionLaw, MAX_STATES};
 use crate::mechanics::{GRAVITY, OneSided};
 use crate::model::{Course, Experiment, Functions, Model, Panel, Signal, Start};
@@ -37,7 +37,7 @@ pub const fn model<L: FrictionLaw>() -> Model {
     Model {
         name: "Festoon",
         description: "Crane festoon: trolleys with hanging loads and friction, towed by ropes and pushed by buffers",
-        functions: Functions::of::<Festoon<L>, 2>(states(MAX_STATES), start::<L>),
+        functions: Functions::of::<Festoon<L>, 2>(states(MAX_STATES), start::<L, _>, start::<L, _>),
         experiment: Experiment {
             stop_time: 30.0,
             step_size: 1e-2,
@@ -143,7 +143,7 @@ const fn contact_indicators(trolley: usize) -> usize {
 }
 
 /// Starts a run with as many states as the friction law needs.
-fn start<L: FrictionLaw>(start: &Start) -> Result<Box<dyn Simulation>, ParameterError> {
+fn start<L: FrictionLaw, P: Product>(start: &Start) -> Result<P, ParameterError> {
     start_sized!(start, Festoon<L>, 2, [states(0), states(1), states(MAX_STATES)])
 }
 
@@ -174,9 +174,9 @@ impl<L: FrictionLaw> Festoon<L> {
 
     /// The link across a gap in m.
     fn link_at(&self, gap: f64) -> Link {
-        if gap > self.p.rope_length {
+        if gap > self.p.rope_length.value {
             Link::Taut
-        } else if gap < self.p.buffer_length {
+        } else if gap < self.p.buffer_length.value {
             Link::Pressed
         } else {
             Link::Loose
@@ -187,7 +187,7 @@ impl<L: FrictionLaw> Festoon<L> {
     fn link_after(&self, link: Link, gap: f64) -> Link {
         match link {
             Link::Taut | Link::Pressed => Link::Loose,
-            Link::Loose if gap > 0.5 * (self.p.rope_length + self.p.buffer_length) => Link::Taut,
+            Link::Loose if gap > 0.5 * (self.p.rope_length + self.p.buffer_length).value => Link::Taut,
             Link::Loose => Link::Pressed,
         }
     }
@@ -309,11 +309,11 @@ impl<L: FrictionLaw> System<2> for Festoon<L> {
 
     fn start<S: Varying, const N: usize>(&self, u: &[S; 2]) -> ([S; N], Self::Memory<S>) {
         let mut x = [S::zero(); N];
-        x[CRANE] = S::of(self.p.crane_position0);
+        x[CRANE] = S::along(self.p.crane_position0);
         for trolley in 0..self.trolleys() {
             let position = self.p.crane_position0 - (trolley + 1) as f64 * self.p.spacing0;
-            x[at(State::Position, trolley, N)] = S::of(position);
-            x[at(State::Angle, trolley, N)] = S::of(self.p.angle0);
+            x[at(State::Position, trolley, N)] = S::along(position);
+            x[at(State::Angle, trolley, N)] = S::along(self.p.angle0);
         }
         let links = std::array::from_fn(|link| self.link_at(Self::gap(&x, link).value()));
         let (still, u) = ([S::zero(); MAX_TROLLEYS], Inputs::read(u));

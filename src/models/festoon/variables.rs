@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use super::MAX_TROLLEYS;
 use crate::friction::{ContactLaw, FrictionLaw, Law, states};
 use crate::system::{Tables, references};
-use crate::variables::{ParameterError, ParameterSet, Tunable, Variable, units};
+use crate::variables::{Fixed, ParameterError, ParameterSet, Tunable, Variable, units};
 use crate::{inputs, outputs, parameters, states};
 
 const CRANE_VELOCITY: u32 = 1;
@@ -166,31 +166,31 @@ parameters! {
     Parameters {
         trolleys: usize = Variable::count(1001, "trolleys", 3).range(1.0, MAX_TROLLEYS as f64)
             .text("Number of trolleys behind the crane trolley");
-        mass: f64 = Variable::parameter(1002, "trolley.mass", units::KILOGRAM, 5.0).range(1e-3, 1e5)
+        mass: Fixed = Variable::parameter(1002, "trolley.mass", units::KILOGRAM, 5.0).range(1e-3, 1e5)
             .text("Mass of a trolley without its load");
-        load_mass: f64 = Variable::parameter(1003, "load.mass", units::KILOGRAM, 10.0).range(1e-6, 1e5)
+        load_mass: Fixed = Variable::parameter(1003, "load.mass", units::KILOGRAM, 10.0).range(1e-6, 1e5)
             .text("Mass that hangs on each trolley");
-        load_length: f64 = Variable::parameter(1004, "load.length", units::METRE, 1.0).range(1e-3, 1e3)
+        load_length: Fixed = Variable::parameter(1004, "load.length", units::METRE, 1.0).range(1e-3, 1e3)
             .text("Distance of the hanging mass below its trolley");
         load_damping: Tunable = Variable::parameter(1005, "load.damping", units::NEWTON_METRE_SECOND, 2.0).range(0.0, 1e6)
             .text("Damping coefficient of the joint between trolley and load");
-        rope_length: f64 = Variable::parameter(1006, "rope.length", units::METRE, 1.0).range(1e-3, 1e3)
+        rope_length: Fixed = Variable::parameter(1006, "rope.length", units::METRE, 1.0).range(1e-3, 1e3)
             .text("Distance of neighbours at which the tow rope between them tautens");
-        rope_stiffness: f64 = Variable::parameter(1007, "rope.stiffness", units::NEWTON_PER_METRE, 2e3).range(0.0, 1e9)
+        rope_stiffness: Fixed = Variable::parameter(1007, "rope.stiffness", units::NEWTON_PER_METRE, 2e3).range(0.0, 1e9)
             .text("Stiffness of a tow rope");
-        rope_damping: f64 = Variable::parameter(1008, "rope.damping", units::SECOND_PER_METRE, 1.0).range(0.0, 1e3)
+        rope_damping: Fixed = Variable::parameter(1008, "rope.damping", units::SECOND_PER_METRE, 1.0).range(0.0, 1e3)
             .text("Dissipation coefficient of a tow rope (Hunt-Crossley)");
-        buffer_length: f64 = Variable::parameter(1009, "buffer.length", units::METRE, 0.2).range(0.0, 1e3)
+        buffer_length: Fixed = Variable::parameter(1009, "buffer.length", units::METRE, 0.2).range(0.0, 1e3)
             .text("Distance of neighbours at which their buffers meet; shorter than the rope");
-        buffer_stiffness: f64 = Variable::parameter(1010, "buffer.stiffness", units::NEWTON_PER_METRE, 2e4).range(0.0, 1e9)
+        buffer_stiffness: Fixed = Variable::parameter(1010, "buffer.stiffness", units::NEWTON_PER_METRE, 2e4).range(0.0, 1e9)
             .text("Stiffness of a pair of buffers; 0: none");
-        buffer_damping: f64 = Variable::parameter(1011, "buffer.damping", units::SECOND_PER_METRE, 1.0).range(0.0, 1e3)
+        buffer_damping: Fixed = Variable::parameter(1011, "buffer.damping", units::SECOND_PER_METRE, 1.0).range(0.0, 1e3)
             .text("Dissipation coefficient of the buffers (Hunt-Crossley)");
-        crane_position0: f64 = Variable::parameter(1012, "crane.position0", units::METRE, 0.0).range(-1e4, 1e4)
+        crane_position0: Fixed = Variable::parameter(1012, "crane.position0", units::METRE, 0.0).range(-1e4, 1e4)
             .text("Initial position of the crane trolley");
-        spacing0: f64 = Variable::parameter(1013, "spacing0", units::METRE, 0.5).range(0.0, 1e3)
+        spacing0: Fixed = Variable::parameter(1013, "spacing0", units::METRE, 0.5).range(0.0, 1e3)
             .text("Initial distance of neighbours");
-        angle0: f64 = Variable::parameter(1014, "load.angle0", units::RADIAN, 0.0).range(-PI, PI).shown_in("deg")
+        angle0: Fixed = Variable::parameter(1014, "load.angle0", units::RADIAN, 0.0).range(-PI, PI).shown_in("deg")
             .text("Initial angle of the loads");
         level: [Tunable; MAX_TROLLEYS] = Variable::parameter(1021, "friction.level", units::ONE, 1.0).range(0.0, 1e3)
             .text("Load level of a trolley, which multiplies the forces of its friction law").array([1.0; MAX_TROLLEYS]);
@@ -200,9 +200,10 @@ parameters! {
 impl Parameters {
     /// Refuses combinations without a meaning.
     pub fn check(&self) -> Result<(), ParameterError> {
-        if self.buffer_length >= self.rope_length {
-            let reason = format!("it must be shorter than rope.length = {}", self.rope_length);
-            return Err(ParameterError::new("buffer.length", self.buffer_length, &reason));
+        let [buffer, rope] = [self.buffer_length, self.rope_length].map(|it| it.value);
+        if buffer >= rope {
+            let reason = format!("it must be shorter than rope.length = {rope}");
+            return Err(ParameterError::new("buffer.length", buffer, &reason));
         }
         Ok(())
     }

@@ -11,11 +11,11 @@ use super::options::Options;
 use super::parameters::Parameters;
 use super::sensors::{self, Sensors};
 use super::states::{MOST, State};
-use crate::co_simulation::Simulation;
+use crate::co_simulation::Product;
 use crate::friction::{self, ContactLaw, Drive, Friction, FrictionContact, FrictionLaw, Law, MAX_STATES};
 use crate::mechanics::{EndStops, GRAVITY, OneSided};
 use crate::model::Start;
-use crate::numbers::{Real, Varying};
+use crate::numbers::{Real, Scalar, Tangent, Varying};
 use crate::pneumatics::actuator::{self, Actuating, Actuator};
 use crate::pneumatics::chamber::{Chambers, Thermal, ThermalModel, tank_wall};
 use crate::pneumatics::gas::Reservoir;
@@ -37,18 +37,18 @@ pub struct PneumaticServoCylinder<L = Friction, A = Actuator, const EXTENDED: bo
     /// Chambers A and B.
     pub(super) chambers: Chambers,
     /// Area in m2 of the rod less that of a second one: what the atmosphere acts on.
-    pub(super) rod_area: f64,
+    pub(super) rod_area: Tangent,
     pub(super) supply: Reservoir,
     pub(super) exhaust: Reservoir,
     pub(super) leaks: Option<Leaks>,
     pub(super) stops: EndStops,
     pub(super) friction: FrictionContact<L>,
     /// Inverse of the moving mass in 1/kg.
-    pub(super) per_mass: f64,
+    pub(super) per_mass: Tangent,
     /// Constant part of the applied force in N: wire and weight.
     pub(super) dead_load: Tunable,
     /// Weight of the carriage along the axis in N.
-    pub(super) carriage_weight: f64,
+    pub(super) carriage_weight: Tangent,
     /// The longest explicit steps, if any may be taken.
     pub(super) explicit: Option<ExplicitSteps>,
     /// Which states change which others; of a cylinder with [attachments](Self::has_attachments) only.
@@ -69,19 +69,21 @@ pub(super) type MemoryOf<L, A, S> = Memory<<L as FrictionLaw>::Memory<S>, <A as 
 
 impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<L, A, EXTENDED> {
     pub(super) fn of(Parts { parameters: p, options, sensors, actuator, friction }: Parts<L, A>) -> Self {
-        let area = |diameter: f64| PI * diameter * diameter / 4.0;
-        let pressures0 = [p.pressure0_a, p.pressure0_b];
+        let area = |diameter: Tangent| PI * diameter * diameter / 4.0;
+        let pressures0 = [p.pressure0_a, p.pressure0_b].into();
         let lines = Lines::new(&options, p.ambient_temperature, p.supply_temperature);
         let [hose_a, hose_b] = lines.added_volumes();
         let areas = [area(p.bore) - area(options.rod_a), area(p.bore) - area(p.rod)];
         let chambers = Chambers {
-            areas,
-            walls: [2.0 * areas[0], 2.0 * areas[1] + tank_wall(p.tank_volume)],
+            areas: areas.into(),
+            walls: [2.0 * areas[0], 2.0 * areas[1] + tank_wall(p.tank_volume)].into(),
             bore: p.bore,
-            dead_volumes: [p.dead_volume_a + hose_a, p.dead_volume_b + p.tank_volume + hose_b],
+            dead_volumes: [p.dead_volume_a + hose_a, p.dead_volume_b + p.tank_volume + hose_b].into(),
             ambient_temperature: p.ambient_temperature,
             thermal: match p.thermal_model {
-                ThermalModel::Isothermal => Thermal::Polytropic { exponent: 1.0, reference_pressures: pressures0 },
+                ThermalModel::Isothermal => {
+                    Thermal::Polytropic { exponent: Tangent::still(1.0), reference_pressures: pressures0 }
+                }
                 ThermalModel::Polytropic => {
                     Thermal::Polytropic { exponent: p.exponent, reference_pressures: pressures0 }
                 }
@@ -89,23 +91,23 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
                 ThermalModel::EnergyBalance => Thermal::EnergyBalance { heat_transfer: p.heat_transfer },
             },
         };
-        let slope = GRAVITY * libm::sin(p.incline);
+        let slope = GRAVITY * p.incline.sin();
         let friction = FrictionContact::new(friction, Drive::Force, State::FRICTION, references::CONTACT);
         // Friction along the stroke, and waves in short hoses: explicit steps would be too many.
-        let has_rapid_parts = lines.longest_steps().classical < WORTHWHILE || options.waviness != 0.0;
+        let has_rapid_parts = lines.longest_steps().classical < WORTHWHILE || options.waviness.is_used();
         let is_explicit = friction.is_gentle() && actuator.has_closed_form() && !(EXTENDED && has_rapid_parts);
         let mut cylinder = Self {
-            explicit: is_explicit.then(|| ExplicitSteps::new(&friction, p.stop_stiffness, p.moving_mass)),
+            explicit: is_explicit.then(|| ExplicitSteps::new(&friction, p.stop_stiffness.value, p.moving_mass.value)),
             actuator,
             chambers,
             rod_area: area(p.rod) - area(options.rod_a),
             supply: Reservoir::new(p.supply_temperature),
-            exhaust: Reservoir::new(Tunable::still(p.ambient_temperature)),
+            exhaust: Reservoir::new(p.ambient_temperature),
             leaks: Leaks::new(p.piston_leakage, &options),
             stops: EndStops {
                 stroke: p.stroke,
                 contact: OneSided { stiffness: p.stop_stiffness, damping: p.stop_damping },
-                clearances: [0, 1].map(|side| chambers.dead_volumes[side] / chambers.areas[side]),
+                clearances: [0, 1].map(|side| chambers.dead_volumes.side(side) / chambers.areas.side(side)).into(),
             },
             friction,
             per_mass: 1.0 / p.moving_mass,
@@ -151,7 +153,7 @@ impl<L: FrictionLaw, A: Actuating> Parts<L, A> {
     pub fn read(values: &mut Values) -> Result<Self, ParameterError> {
         let (parameters, options, sensors, actuator, ContactLaw(friction)): Listed<L, A> = values.read()?;
         parameters.check()?;
-        options.check(parameters.bore, parameters.stroke)?;
+        options.check(parameters.bore.value, parameters.stroke.value)?;
         sensors.check()?;
         Ok(Self { parameters, options, sensors, actuator: A::new(actuator)?, friction })
     }
@@ -210,8 +212,8 @@ const SMALL: bool = cfg!(feature = "small");
 
 /// Starts a run with as many states as friction law, lines and sensors need, or a few more: each size is the whole solver
 /// compiled once more. Spare states cost LuGre 4 % of a step, nothing with hoses.
-pub(super) fn start<L: FrictionLaw, A: Actuating>(start: &Start) -> Result<Box<dyn Simulation>, ParameterError> {
-    let (parts, settings) = read::<PneumaticServoCylinder<L, A>, 3, _>(start, &[], Parts::<L, A>::read)?;
+pub(super) fn start<L: FrictionLaw, A: Actuating, P: Product>(start: &Start) -> Result<P, ParameterError> {
+    let (parts, settings) = read::<PneumaticServoCylinder<L, A>, 3, _>(start, Parts::<L, A>::read)?;
     let settings = settings.keeping_balance(parts.parameters.keeps_balance);
     if !parts.need_extension() {
         let equations = PneumaticServoCylinder::<L, A>::of(parts);

@@ -49,7 +49,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
             for (side, length_rate) in [rate, -rate].into_iter().enumerate().filter(open) {
                 // It breathes as much as the piston displaces.
                 let (Pair(pressure), Pair(temperature)) = (gas.pressure, gas.temperature);
-                let growth = length_rate * self.chambers.areas[side];
+                let growth = length_rate * self.chambers.areas.side(side);
                 rates.mass_flow.0[side] = pressure[side] * growth / (temperature[side] * GAS_CONSTANT);
                 (rates.pressure.0[side], rates.temperature.0[side]) = (S::zero(), S::zero());
             }
@@ -128,12 +128,12 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
 
     #[inline(always)]
     pub(super) fn at_least_ambient<S: Scalar>(&self, pressure: S) -> S {
-        pressure.max(S::constant(self.p.ambient_pressure))
+        pressure.max(S::tuned(self.p.ambient_pressure))
     }
 
     /// The air around the cylinder.
     pub(super) fn surroundings<N: Number>(&self) -> GasState<N> {
-        self.exhaust.at(N::constant(self.p.ambient_pressure))
+        self.exhaust.at(N::tuned(self.p.ambient_pressure))
     }
 }
 
@@ -150,7 +150,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
 
     #[inline(always)]
     pub(super) fn pressure_force<S: Scalar>(&self, x: &[S]) -> S {
-        let [area_a, area_b] = self.chambers.areas;
+        let [area_a, area_b] = self.chambers.areas.each();
         x[PRESSURE_A] * area_a - x[PRESSURE_B] * area_b - self.p.ambient_pressure * self.rod_area
     }
 
@@ -171,7 +171,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
     pub(super) fn contact<S: Scalar>(&self, time: S, x: &[S], u: &Inputs<S>, rate: S) -> Contact<S> {
         let (applied, _) = self.applied_force(x, u, rate);
         let (velocity, mut level) = (State::Velocity.get(x), self.load_level(x));
-        if EXTENDED && self.options.direction_factor != 1.0 {
+        if EXTENDED && (self.options.direction_factor != 1.0 || self.options.direction_factor.slope != 0.0) {
             level = level * self.options.directed_level(velocity.value(), applied.value());
         }
         Contact { time, position: State::Position.get(x), velocity, applied, level, drive: self.friction.drive() }
@@ -286,7 +286,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
         let mut at_valve = gas;
         for (side, _) in lines.hoses.iter().enumerate().filter(|(_, line)| line.is_some()) {
             at_valve.pressure.0[side] = states[side * HOSE];
-            at_valve.temperature.0[side] = S::constant(lines.temperature);
+            at_valve.temperature.0[side] = S::tuned(lines.temperature);
         }
         let at_valve = GasState::new(at_valve.pressure, at_valve.temperature);
         let ports = self.ports_at_valve(x, supply);
@@ -305,7 +305,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
         if let Some(vessel) = &lines.vessel {
             let drawn = drawn();
             let (from, to) = (vessel.air.at(self.at_least_ambient(supply)), vessel.air.at(states[VESSEL]));
-            let filled = vessel.orifice.flow(S::constant(vessel.conductance), from, to).mass;
+            let filled = vessel.orifice.flow(S::tuned(vessel.conductance), from, to).mass;
             rates[VESSEL] = (filled - drawn) * (vessel.gas / vessel.volume);
             received += filled - drawn;
             rates[METER] = filled;
@@ -487,7 +487,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
     fn outer_force<S: Varying>(&self, time: S, x: &[S], u: &Inputs<S>, memory: &MemoryOf<L, A, S>) -> S {
         let contact = self.contact(time, x, u, self.rate(x, memory));
         let friction = self.friction.force(&contact, x, &memory.friction, &mut [S::zero(); MOST]);
-        let [area_a, area_b] = self.chambers.areas;
+        let [area_a, area_b] = self.chambers.areas.each();
         let gas = self.closed(Pair([x[PRESSURE_A] * area_a, -x[PRESSURE_B] * area_b]));
         contact.applied - friction - if self.has_gas_energy() { gas } else { S::zero() }
     }

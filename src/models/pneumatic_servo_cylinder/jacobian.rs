@@ -280,7 +280,7 @@ fn set(states: impl IntoIterator<Item = usize>) -> u64 {
 mod couplings {
     use super::*;
     use crate::friction::{Friction, LAWS};
-    use crate::model::Start;
+    use crate::model::{Seeds, Start};
     use crate::models::pneumatic_servo_cylinder::MODEL;
     use crate::numbers::{Real, Scalar};
     use crate::pneumatics::actuator::Actuator;
@@ -301,8 +301,9 @@ mod couplings {
                 change.map_or_else(|| variable.start.expect("a start value"), |(_, value)| *value)
             })
             .collect();
-        let start = Start { time: 0.0, parameters: &parameters, inputs: &[6.5, 3.0, 7e5], tolerance: None };
-        build::<Extended, 3>(&start, &[]).unwrap_or_else(|error| panic!("{changes:?}: {error}")).0
+        let start =
+            Start { time: 0.0, parameters: &parameters, inputs: &[6.5, 3.0, 7e5], tolerance: None, seeds: Seeds::NONE };
+        build::<Extended, 3>(&start).unwrap_or_else(|error| panic!("{changes:?}: {error}")).0
     }
 
     /// The couplings among all states, also of a cylinder that has no use for them.
@@ -387,7 +388,7 @@ mod couplings {
 mod tests {
     use super::*;
     use crate::friction::{LAWS, MAX_STATES};
-    use crate::model::Start;
+    use crate::model::{Seeds, Start};
     use crate::models::pneumatic_servo_cylinder::{MODEL, Memory};
     use crate::numbers::{Real, Scalar};
     use crate::session::build;
@@ -407,8 +408,8 @@ mod tests {
             parameters[names.iter().position(|it| *it == name).expect("a parameter")] = *value;
         }
         let inputs = starts(&|it| it.role == Role::Input);
-        let start = Start { time: 0.0, parameters: &parameters, inputs: &inputs, tolerance: None };
-        let (cylinder, _) = build::<PneumaticServoCylinder, 3>(&start, &[]).expect("legal parameters");
+        let start = Start { time: 0.0, parameters: &parameters, inputs: &inputs, tolerance: None, seeds: Seeds::NONE };
+        let (cylinder, _) = build::<PneumaticServoCylinder, 3>(&start).expect("legal parameters");
         let u: [f64; 3] = std::array::from_fn(|place| inputs[place]);
         let (x, memory) = cylinder.start::<Real, N>(&Real::all(&u));
         let mut x = x.map(Real::value);

@@ -1,7 +1,7 @@
 //! Air that leaves the chambers where it should not: past the piston seal, and to the surroundings.
 
 use super::options::Options;
-use crate::numbers::{Number, Pair, Real, Scalar, Tangents};
+use crate::numbers::{Number, Pair, Real, Scalar, Tangent, Tangents};
 use crate::pneumatics::gas::GasState;
 use crate::pneumatics::orifice::{Flow, Inflow, Orifice, piece};
 
@@ -15,7 +15,7 @@ use crate::pneumatics::orifice::{Flow, Inflow, Orifice, piece};
 #[derive(Clone, Debug)]
 pub struct Leaks {
     /// Coefficient in kg/(s Pa2) of the leak past the piston.
-    piston: f64,
+    piston: Tangent,
     /// Sonic conductances in m3/(s Pa) of the leaks of the chambers A and B.
     conductances: Tangents,
     orifices: Orifice<Tangents>,
@@ -25,11 +25,11 @@ pub struct Leaks {
 
 impl Leaks {
     /// The leaks, unless there are none.
-    pub fn new(piston: f64, options: &Options) -> Option<Self> {
+    pub fn new(piston: Tangent, options: &Options) -> Option<Self> {
         let conductances = [options.leak_a, options.leak_b];
         // One that is tight, and by which a run is differentiated, has a slope.
-        let pass_outside = conductances.iter().any(|it| it.value != 0.0 || it.slope != 0.0);
-        (piston != 0.0 || pass_outside).then(|| Self {
+        let pass_outside = conductances.into_iter().any(Tangent::is_used);
+        (piston.is_used() || pass_outside).then(|| Self {
             piston,
             conductances: conductances.into(),
             orifices: Orifice::pair([options.leak_ratio; 2]),
@@ -39,7 +39,7 @@ impl Leaks {
 
     /// Whether the chambers exchange air.
     pub fn pass_piston(&self) -> bool {
-        self.piston != 0.0
+        self.piston.is_used()
     }
 
     /// What leaks into the chambers; as a rule negative.

@@ -3,7 +3,7 @@
 //! Hoses, meter and vessel have states of their own, behind those of the friction law; a cylinder without them has none of these.
 
 use super::options::{Options, ThrottledFlow};
-use crate::numbers::{Real, Scalar};
+use crate::numbers::{Number, Real, Scalar, Tangent};
 use crate::pneumatics::actuator::SUPPLY;
 use crate::pneumatics::gas::{GAS_CONSTANT, GasState, REFERENCE_DENSITY, Reservoir, THINNEST};
 use crate::pneumatics::hose::{COLUMNS, Hose};
@@ -30,7 +30,7 @@ pub struct Lines {
     /// Whether the mass that is drawn from the supply is counted.
     pub has_meter: bool,
     /// Temperature in K of the air in hoses.
-    pub temperature: f64,
+    pub temperature: Tangent,
     /// The places of the states that are integrated, in the order in which a run has them, and how many these are.
     integrated: [u8; LINE_STATES],
     count: usize,
@@ -60,10 +60,10 @@ pub struct Line {
 #[derive(Clone, Debug)]
 pub struct Restriction {
     orifice: Orifice,
-    into: f64,
-    out: f64,
+    into: Tangent,
+    out: Tangent,
     /// Length in m and sonic conductance in m3/(s Pa), if there is a cushion.
-    cushion: Option<[f64; 2]>,
+    cushion: Option<[Tangent; 2]>,
 }
 
 /// A vessel between the supply and the actuator, at the temperature of the supply; what it gives is bounded by its own
@@ -74,8 +74,8 @@ pub struct Restriction {
 /// ```
 #[derive(Clone, Debug)]
 pub struct Vessel {
-    pub volume: f64,
-    pub conductance: f64,
+    pub volume: Tangent,
+    pub conductance: Tangent,
     pub orifice: Orifice,
     pub air: Reservoir,
     /// `R*T` in J/kg.
@@ -87,7 +87,7 @@ const CLOSING: f64 = 0.1;
 
 impl Lines {
     /// The lines of a cylinder with air of a temperature in K in its hoses and another in its vessel.
-    pub fn new(options: &Options, temperature: f64, supply_temperature: Tunable) -> Self {
+    pub fn new(options: &Options, temperature: Tangent, supply_temperature: Tunable) -> Self {
         let line = |side: usize| {
             let [length, diameter] = options.hoses()[side];
             let hose = || Hose::new(length, diameter, temperature);
@@ -104,7 +104,7 @@ impl Lines {
         Self::of([line(0), line(1)], vessel, options.counts_supply, temperature)
     }
 
-    fn of(hoses: [Option<Line>; 2], vessel: Option<Vessel>, has_meter: bool, temperature: f64) -> Self {
+    fn of(hoses: [Option<Line>; 2], vessel: Option<Vessel>, has_meter: bool, temperature: Tangent) -> Self {
         let lines = hoses.iter().flatten().map(Line::longest_steps);
         let longest_steps = lines.fold(LongestSteps::UNLIMITED, LongestSteps::min);
         let mut lines =
@@ -152,13 +152,14 @@ impl Lines {
     /// Length in m of the cushion of a chamber, if it has one.
     pub fn cushion(&self, side: usize) -> Option<f64> {
         let [length, _] = self.hoses[side].as_ref()?.restriction.as_ref()?.cushion?;
-        Some(length)
+        Some(length.value)
     }
 
     /// Volumes in m3 that the ends of hoses add to the chambers.
-    pub fn added_volumes(&self) -> [f64; 2] {
-        let added = |line: &Line| if line.restriction.is_some() { 0.0 } else { line.hose.end_volume() };
-        self.hoses.each_ref().map(|line| line.as_ref().map_or(0.0, added))
+    pub fn added_volumes(&self) -> [Tangent; 2] {
+        let none = Tangent::zero();
+        let added = |line: &Line| if line.restriction.is_some() { none } else { line.hose.end_volume() };
+        self.hoses.each_ref().map(|line| line.as_ref().map_or(none, added))
     }
 
     /// The states at the start: hoses at the pressures of the chambers, the vessel at that of the supply, all at rest, the meter
@@ -179,7 +180,7 @@ impl Lines {
             let pressures = std::array::from_fn(|i| states[side * HOSE + i]);
             line.as_ref().map_or(0.0, |line| line.hose.mass(pressures, line.restriction.is_some()))
         };
-        let vessel = self.vessel.as_ref().map_or(0.0, |vessel| states[VESSEL] * vessel.volume / vessel.gas.value);
+        let vessel = self.vessel.as_ref().map_or(0.0, |vessel| states[VESSEL] * vessel.volume.value / vessel.gas.value);
         self.hoses.iter().enumerate().map(hose).sum::<f64>() + vessel
     }
 
@@ -222,7 +223,7 @@ impl Restriction {
 
     /// Flow from the end of a hose into a chamber whose piston is a distance in m from the end of its stroke.
     fn flow<S: Scalar>(&self, from: GasState<S>, to: GasState<S>, distance: S) -> Flow<S> {
-        let (into, out) = (S::constant(self.into), self.outward(distance));
+        let (into, out) = (S::tuned(self.into), self.outward(distance));
         let (upstream, downstream) = (from.pressure.max(to.pressure), to.pressure.min(from.pressure));
         let (way, least) = (S::if_at_least(from.pressure, to.pressure, into, out), into.min(out));
         let opening = ((-downstream / upstream + 1.0) / (1.0 - LAMINAR_RATIO)).min(S::constant(1.0));
@@ -231,17 +232,18 @@ impl Restriction {
 
     /// The number of the smooth piece of the flow between two pressures in Pa, at a distance in m from the end of the stroke.
     pub fn piece(&self, from: Real, to: Real, distance: Real) -> f64 {
-        let within = |share: f64| self.cushion.map_or(0.0, |[length, _]| f64::from(length * share > distance.value));
+        let within =
+            |share: f64| self.cushion.map_or(0.0, |[length, _]| f64::from(length.value * share > distance.value));
         orifice::piece(from, to).value + 4.0 * (within(1.0) + within(1.0 - CLOSING))
     }
 
     /// Derivative in kg/(s Pa) of the flow the wider way with respect to a pressure, where it is laminar.
     fn steepest(&self) -> f64 {
-        self.orifice.steepest(self.into.max(self.out))
+        self.orifice.steepest(self.into.value.max(self.out.value))
     }
 
     fn outward<S: Scalar>(&self, distance: S) -> S {
-        let Some([length, conductance]) = self.cushion else { return S::constant(self.out) };
+        let Some([length, conductance]) = self.cushion else { return S::tuned(self.out) };
         let closed = ((-distance / length + 1.0) * (1.0 / CLOSING)).clamp(S::zero(), S::constant(1.0));
         closed * (self.out.min(conductance) - self.out) + self.out
     }
@@ -261,7 +263,7 @@ impl Line {
     pub fn flows<S: Scalar>(
         &self,
         states: &[S],
-        temperature: f64,
+        temperature: Tangent,
         inflow: S,
         chamber: GasState<S>,
         distance: S,
@@ -274,7 +276,7 @@ impl Line {
         let columns: [S; COLUMNS] = std::array::from_fn(|i| states[VOLUMES + i]);
         let flow_rates = self.hose.flow_rates(pressures, columns);
         let through = self.hose.through(pressures, columns, flow_rates);
-        let air = S::constant(temperature);
+        let air = S::tuned(temperature);
         let out = match &self.restriction {
             Some(restriction) => restriction.flow(GasState::new(pressures[VOLUMES - 1], air), chamber, distance),
             None => {
@@ -448,11 +450,19 @@ mod tests {
     use super::*;
     use crate::numbers::Real;
 
+    fn still(value: f64) -> Tangent {
+        Tangent::still(value)
+    }
+
     /// Open, half closed a twentieth of the length before the seal is tight, and tight.
     #[test]
     fn cushion_closes_on_a_tenth_of_its_length() {
-        let restriction =
-            Restriction { orifice: Orifice::new(0.3), into: 9e-9, out: 8e-9, cushion: Some([0.02, 2e-9]) };
+        let restriction = Restriction {
+            orifice: Orifice::new(still(0.3)),
+            into: still(9e-9),
+            out: still(8e-9),
+            cushion: Some([0.02, 2e-9].map(still)),
+        };
         for (distance, expected) in [(0.1, 8e-9), (0.02, 8e-9), (0.019, 5e-9), (0.018, 2e-9), (0.0, 2e-9)] {
             assert!((restriction.outward(Real::of(distance)).value - expected).abs() < 1e-21, "at {distance} m");
         }
@@ -465,17 +475,17 @@ mod tests {
     /// Mass flows have a sign, and what is at no place in use is nothing at all.
     #[test]
     fn lines_are_filled_where_no_pressure_in_use_has_fallen_to_zero() {
-        let hose = || Some(Line { hose: Hose::new(1.0, 4e-3, 293.15), restriction: None });
-        let supply = Tunable::still(293.15);
+        let hose = || Some(Line { hose: Hose::new(still(1.0), still(4e-3), still(293.15)), restriction: None });
+        let supply = still(293.15);
         let vessel = Vessel {
-            volume: 1e-3,
-            conductance: 1e-8,
-            orifice: Orifice::new(0.3),
+            volume: still(1e-3),
+            conductance: still(1e-8),
+            orifice: Orifice::new(still(0.3)),
             air: Reservoir::new(supply),
             gas: supply * GAS_CONSTANT,
         };
-        let both = Lines::of([hose(), hose()], Some(vessel), true, 293.15);
-        let one = Lines::of([None, hose()], None, false, 293.15);
+        let both = Lines::of([hose(), hose()], Some(vessel), true, still(293.15));
+        let one = Lines::of([None, hose()], None, false, still(293.15));
         for (lines, pressures) in [(both, 2 * COLUMNS + 1), (one, COLUMNS)] {
             let start = lines.start([2e5, 3e5].map(Real::of), Real::of(7e5)).map(Real::value);
             assert!(lines.are_filled(&start));

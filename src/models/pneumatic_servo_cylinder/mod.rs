@@ -41,7 +41,11 @@ pub const fn model<L: FrictionLaw, A: Actuating>() -> Model {
     Model {
         name: "PneumaticServoCylinder",
         description: "Friction-loaded pneumatic servo cylinder with 5/3 proportional valve",
-        functions: Functions::of::<PneumaticServoCylinder<L, A>, 3>(states::MOST, cylinder::start::<L, A>),
+        functions: Functions::of::<PneumaticServoCylinder<L, A>, 3>(
+            states::MOST,
+            cylinder::start::<L, A, _>,
+            cylinder::start::<L, A, _>,
+        ),
         experiment: Experiment {
             stop_time: 3.0,
             step_size: 1e-3,
@@ -65,7 +69,7 @@ pub const fn model<L: FrictionLaw, A: Actuating>() -> Model {
 mod tests {
     use super::states::State;
     use super::*;
-    use crate::model::Start;
+    use crate::model::{Seeds, Start};
     use crate::models::checks;
     use crate::numbers::{Real, Scalar};
     use crate::session::build;
@@ -99,11 +103,16 @@ mod tests {
                 _ => variable.start.expect("a start value"),
             };
             let parameters: Vec<f64> = MODEL.table().parameters().map(value).collect();
-            let start = Start { time: 0.0, parameters: &parameters, inputs: &[5.0, 0.0, 6e5], tolerance: None };
+            let start = Start {
+                time: 0.0,
+                parameters: &parameters,
+                inputs: &[5.0, 0.0, 6e5],
+                tolerance: None,
+                seeds: Seeds::NONE,
+            };
             let run = (MODEL.functions.start)(&start).expect("legal");
             let integrated = (0..MODEL.table().states().count()).filter(|state| run.state_index(*state).is_some());
-            let (equations, _) =
-                build::<PneumaticServoCylinder<Friction, Actuator, true>, 3>(&start, &[]).expect("legal");
+            let (equations, _) = build::<PneumaticServoCylinder<Friction, Actuator, true>, 3>(&start).expect("legal");
             assert_eq!(equations.states(), integrated.count(), "law {law}, {options:?}");
         }
     }
@@ -118,8 +127,8 @@ mod tests {
     fn rates_are_refreshed_where_the_voltage_alone_has_changed() {
         let parameters: Vec<f64> = MODEL.table().parameters().filter_map(|it| it.start).collect();
         let inputs = [6.0, 1.0, 6e5];
-        let start = Start { time: 0.0, parameters: &parameters, inputs: &inputs, tolerance: None };
-        let (equations, _) = build::<PneumaticServoCylinder, 3>(&start, &[]).expect("the defaults fit");
+        let start = Start { time: 0.0, parameters: &parameters, inputs: &inputs, tolerance: None, seeds: Seeds::NONE };
+        let (equations, _) = build::<PneumaticServoCylinder, 3>(&start).expect("the defaults fit");
         let before = inputs.map(Real::of);
         let (x, memory) = equations.start::<Real, { State::OTHERS }>(&before);
         for (inputs, is_refreshed) in

@@ -5,9 +5,9 @@
 
 use std::f64::consts::TAU;
 
-use crate::numbers::{Pair, Scalar};
+use crate::numbers::{Pair, Scalar, Tangent};
 use crate::pneumatics::hose::Hose;
-use crate::variables::{ParameterError, Tunable, Variable, units};
+use crate::variables::{Fixed, ParameterError, Tunable, Variable, units};
 use crate::{enumeration, parameters};
 
 enumeration! {
@@ -21,41 +21,41 @@ enumeration! {
 parameters! {
     /// The parameters of what is off by default.
     Options {
-        rod_a: f64 = Variable::parameter(1201, "cylinder.rodA", units::METRE, 0.0).range(0.0, 1.0).nominal(5e-3).shown_in("mm")
+        rod_a: Fixed = Variable::parameter(1201, "cylinder.rodA", units::METRE, 0.0).range(0.0, 1.0).nominal(5e-3).shown_in("mm")
             .text("Diameter of a second rod, through chamber A, smaller than the bore; equal to cylinder.rod: a symmetric cylinder");
         opens_b: bool = Variable::option(1202, "chamberB.open", false)
             .text("Chamber B is open to the surroundings (single-acting): its pressure is ambient, whatever its initial pressure and the valve, whose port B is plugged");
-        spring_stiffness: f64 = Variable::parameter(1203, "load.stiffness", units::NEWTON_PER_METRE, 0.0).range(0.0, 1e8).nominal(100.0)
+        spring_stiffness: Fixed = Variable::parameter(1203, "load.stiffness", units::NEWTON_PER_METRE, 0.0).range(0.0, 1e8).nominal(100.0)
             .text("Stiffness of a spring between carriage and frame: a load, or the return spring of a single-acting cylinder");
-        spring_rest: f64 = Variable::parameter(1204, "load.rest", units::METRE, 0.0).range(-10.0, 10.0).nominal(0.1).shown_in("mm")
+        spring_rest: Fixed = Variable::parameter(1204, "load.rest", units::METRE, 0.0).range(-10.0, 10.0).nominal(0.1).shown_in("mm")
             .text("Position of the carriage at which the spring is relaxed; outside the stroke for a spring under preload");
-        kappa_difference: f64 = Variable::parameter(1205, "friction.kappaDifference", units::PER_PASCAL, 0.0).range(-1e-3, 1e-3).nominal(1e-6).shown_in("1/bar")
+        kappa_difference: Fixed = Variable::parameter(1205, "friction.kappaDifference", units::PER_PASCAL, 0.0).range(-1e-3, 1e-3).nominal(1e-6).shown_in("1/bar")
             .text("Growth of the load level with the magnitude of the pressure difference between the chambers");
-        waviness: f64 = Variable::parameter(1206, "friction.position.amplitude", units::ONE, 0.0).range(0.0, 1.0).nominal(0.1)
+        waviness: Fixed = Variable::parameter(1206, "friction.position.amplitude", units::ONE, 0.0).range(0.0, 1.0).nominal(0.1)
             .text("Variation of the load level along the stroke, as a sine: largest deviation as a fraction of the mean");
-        wave_length: f64 = Variable::parameter(1207, "friction.position.period", units::METRE, 0.05).range(1e-6, 10.0).shown_in("mm")
+        wave_length: Fixed = Variable::parameter(1207, "friction.position.period", units::METRE, 0.05).range(1e-6, 10.0).shown_in("mm")
             .text("Period of the variation along the stroke; the level at position 0 is the mean, and rises from there");
-        hose_length_a: f64 = hose_length(1210, "A");
-        hose_diameter_a: f64 = hose_diameter(1211, "A");
-        hose_length_b: f64 = hose_length(1212, "B");
-        hose_diameter_b: f64 = hose_diameter(1213, "B");
-        throttle_a: f64 = throttle(1214, "A");
-        throttle_b: f64 = throttle(1215, "B");
-        throttle_free: f64 = Variable::parameter(1216, "throttle.free", units::CUBIC_METRE_PER_SECOND_PASCAL, 1e-8).range(1e-13, 1e-5).shown_in("dm3/(s.bar)")
+        hose_length_a: Fixed = hose_length(1210, "A");
+        hose_diameter_a: Fixed = hose_diameter(1211, "A");
+        hose_length_b: Fixed = hose_length(1212, "B");
+        hose_diameter_b: Fixed = hose_diameter(1213, "B");
+        throttle_a: Fixed = throttle(1214, "A");
+        throttle_b: Fixed = throttle(1215, "B");
+        throttle_free: Fixed = Variable::parameter(1216, "throttle.free", units::CUBIC_METRE_PER_SECOND_PASCAL, 1e-8).range(1e-13, 1e-5).shown_in("dm3/(s.bar)")
             .text("Sonic conductance of flow controls and cushions the other way, and of a port with a cushion that is open");
-        throttle_ratio: f64 = Variable::parameter(1217, "throttle.b", units::ONE, 0.3).range(0.0, 0.99)
+        throttle_ratio: Fixed = Variable::parameter(1217, "throttle.b", units::ONE, 0.3).range(0.0, 0.99)
             .text("Critical pressure ratio of flow controls and cushions");
         throttled_flow: ThrottledFlow = Variable::choice(1218, "throttle.direction", ThrottledFlow::MeterOut)
             .text("Which flow the one-way flow controls throttle");
-        cushion_length: f64 = Variable::parameter(1219, "cushion.length", units::METRE, 0.0).range(0.0, 1.0).nominal(0.02).shown_in("mm")
+        cushion_length: Fixed = Variable::parameter(1219, "cushion.length", units::METRE, 0.0).range(0.0, 1.0).nominal(0.02).shown_in("mm")
             .text("Length of the end cushions at both ends of the stroke, at most the stroke; 0: none. They need hoses at both chambers");
-        cushion_conductance: f64 = Variable::parameter(1220, "cushion.C", units::CUBIC_METRE_PER_SECOND_PASCAL, 2e-10).range(1e-14, 1e-5).shown_in("dm3/(s.bar)")
+        cushion_conductance: Fixed = Variable::parameter(1220, "cushion.C", units::CUBIC_METRE_PER_SECOND_PASCAL, 2e-10).range(1e-14, 1e-5).shown_in("dm3/(s.bar)")
             .text("Sonic conductance by which air leaves a chamber through its cushion");
-        vessel_volume: f64 = Variable::parameter(1221, "supply.volume", units::CUBIC_METRE, 0.0).range(0.0, 100.0).nominal(1e-3).shown_in("cm3")
+        vessel_volume: Fixed = Variable::parameter(1221, "supply.volume", units::CUBIC_METRE, 0.0).range(0.0, 100.0).nominal(1e-3).shown_in("cm3")
             .text("Volume of a vessel between the supply and the valve, at the temperature of the supply; 0: none");
-        vessel_conductance: f64 = Variable::parameter(1222, "supply.C", units::CUBIC_METRE_PER_SECOND_PASCAL, 1e-8).range(1e-13, 1e-5).shown_in("dm3/(s.bar)")
+        vessel_conductance: Fixed = Variable::parameter(1222, "supply.C", units::CUBIC_METRE_PER_SECOND_PASCAL, 1e-8).range(1e-13, 1e-5).shown_in("dm3/(s.bar)")
             .text("Sonic conductance between the supply and the vessel");
-        vessel_ratio: f64 = Variable::parameter(1223, "supply.b", units::ONE, 0.3).range(0.0, 0.99)
+        vessel_ratio: Fixed = Variable::parameter(1223, "supply.b", units::ONE, 0.3).range(0.0, 0.99)
             .text("Critical pressure ratio between the supply and the vessel");
         leak_a: Tunable = leak(1225, "A");
         leak_b: Tunable = leak(1226, "B");
@@ -63,7 +63,7 @@ parameters! {
             .text("Critical pressure ratio of the leaks from the chambers to the surroundings");
         opens_a: bool = Variable::option(1228, "chamberA.open", false)
             .text("Chamber A is open to the surroundings, as chamber B with chamberB.open: a pulling cylinder, which a spring may extend");
-        direction_factor: f64 = Variable::parameter(1229, "friction.direction.factor", units::ONE, 1.0).range(0.01, 100.0)
+        direction_factor: Fixed = Variable::parameter(1229, "friction.direction.factor", units::ONE, 1.0).range(0.01, 100.0)
             .text("Load level of a carriage that moves outwards, or is pushed outwards at rest, relative to that inwards");
         counts_supply: bool = Variable::option(1224, "consumption.enabled", false)
             .text("Count the air that is drawn from the supply, for supply.massFlow, supply.consumed and supply.consumedVolume");
@@ -107,12 +107,13 @@ impl Options {
     pub fn are_used(&self) -> bool {
         let Self { counts_supply, direction_factor, spring_stiffness, kappa_difference, waviness, .. } = *self;
         let lines = [self.hose_length_a, self.hose_length_b, self.vessel_volume];
-        let has_flag = self.opens().contains(&true) || counts_supply || direction_factor != 1.0;
-        has_flag || [spring_stiffness, kappa_difference, waviness].iter().chain(&lines).any(|value| *value != 0.0)
+        let has_direction = direction_factor != 1.0 || direction_factor.slope != 0.0;
+        let is_chosen = self.opens().contains(&true) || counts_supply || has_direction;
+        is_chosen || [spring_stiffness, kappa_difference, waviness].into_iter().chain(lines).any(Tangent::is_used)
     }
 
     /// Lengths and inner diameters in m of the hoses.
-    pub fn hoses(&self) -> [[f64; 2]; 2] {
+    pub fn hoses(&self) -> [[Tangent; 2]; 2] {
         [[self.hose_length_a, self.hose_diameter_a], [self.hose_length_b, self.hose_diameter_b]]
     }
 
@@ -122,7 +123,7 @@ impl Options {
     }
 
     /// Sonic conductances in m3/(s Pa) of the flow controls.
-    pub fn throttles(&self) -> [f64; 2] {
+    pub fn throttles(&self) -> [Tangent; 2] {
         [self.throttle_a, self.throttle_b]
     }
 
@@ -131,14 +132,14 @@ impl Options {
     pub fn check(&self, bore: f64, stroke: f64) -> Result<(), ParameterError> {
         if self.rod_a >= bore {
             let reason = format!("it must be smaller than cylinder.bore = {bore}");
-            return Err(ParameterError::new("cylinder.rodA", self.rod_a, &reason));
+            return Err(ParameterError::new("cylinder.rodA", self.rod_a.value, &reason));
         }
         if self.cushion_length > stroke {
             let reason = format!("it must not exceed cylinder.stroke = {stroke}");
-            return Err(ParameterError::new("cushion.length", self.cushion_length, &reason));
+            return Err(ParameterError::new("cushion.length", self.cushion_length.value, &reason));
         }
         for (side, chamber) in ["A", "B"].into_iter().enumerate() {
-            let [length, _] = self.hoses()[side];
+            let [length, _] = self.hoses()[side].map(|it| it.value);
             if length > 0.0 {
                 if length < Hose::SHORTEST {
                     let reason = format!("it must be 0, for no hose, or at least {}", Hose::SHORTEST);
@@ -148,10 +149,14 @@ impl Options {
             }
             let reason = format!("it needs a hose: set hose{chamber}.length, too");
             if self.throttles()[side] > 0.0 {
-                return Err(ParameterError::new(&format!("throttle{chamber}.C"), self.throttles()[side], &reason));
+                return Err(ParameterError::new(
+                    &format!("throttle{chamber}.C"),
+                    self.throttles()[side].value,
+                    &reason,
+                ));
             }
             if self.cushion_length > 0.0 && !self.opens()[side] {
-                return Err(ParameterError::new("cushion.length", self.cushion_length, &reason));
+                return Err(ParameterError::new("cushion.length", self.cushion_length.value, &reason));
             }
         }
         Ok(())
@@ -168,14 +173,14 @@ impl Options {
     }
 
     /// Friction level towards the side of a velocity in m/s, or at rest of the applied force in N, relative to that inwards.
-    pub fn directed_level(&self, velocity: f64, applied: f64) -> f64 {
+    pub fn directed_level(&self, velocity: f64, applied: f64) -> Tangent {
         let towards = if velocity == 0.0 { applied } else { velocity };
-        if towards > 0.0 { self.direction_factor } else { 1.0 }
+        if towards > 0.0 { self.direction_factor } else { Tangent::still(1.0) }
     }
 
     /// Friction level at a position relative to the mean along the stroke: `1 + a*sin(2*pi*x/period)`.
     pub fn relative_level<S: Scalar>(&self, position: S) -> S {
-        if self.waviness == 0.0 {
+        if !self.waviness.is_used() {
             return S::constant(1.0);
         }
         (position * (TAU / self.wave_length)).sin() * self.waviness + 1.0

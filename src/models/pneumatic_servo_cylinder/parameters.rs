@@ -4,42 +4,42 @@ use std::f64::consts::PI;
 
 use crate::parameters;
 use crate::pneumatics::chamber::ThermalModel;
-use crate::variables::{ParameterError, Tunable, Variable, units};
+use crate::variables::{Fixed, ParameterError, Tunable, Variable, units};
 
 parameters! {
     /// The parameters of the rig; those of the friction law and of the solver follow in the table.
     Parameters {
-        bore: f64 = Variable::parameter(1001, "cylinder.bore", units::METRE, 0.016).range(1e-3, 1.0).shown_in("mm")
+        bore: Fixed = Variable::parameter(1001, "cylinder.bore", units::METRE, 0.016).range(1e-3, 1.0).shown_in("mm")
             .text("Bore diameter");
-        rod: f64 = Variable::parameter(1002, "cylinder.rod", units::METRE, 0.006).range(0.0, 1.0).shown_in("mm")
+        rod: Fixed = Variable::parameter(1002, "cylinder.rod", units::METRE, 0.006).range(0.0, 1.0).shown_in("mm")
             .text("Rod diameter, smaller than the bore");
-        stroke: f64 = Variable::parameter(1003, "cylinder.stroke", units::METRE, 0.5).range(1e-3, 10.0).shown_in("mm")
+        stroke: Fixed = Variable::parameter(1003, "cylinder.stroke", units::METRE, 0.5).range(1e-3, 10.0).shown_in("mm")
             .text("Stroke");
-        stop_stiffness: f64 = Variable::parameter(1004, "cylinder.stopStiffness", units::NEWTON_PER_METRE, 1e6).range(1e3, 1e10)
+        stop_stiffness: Fixed = Variable::parameter(1004, "cylinder.stopStiffness", units::NEWTON_PER_METRE, 1e6).range(1e3, 1e10)
             .text("Contact stiffness of the end stops");
-        stop_damping: f64 = Variable::parameter(1005, "cylinder.stopDamping", units::SECOND_PER_METRE, 0.75).range(0.0, 1e3)
+        stop_damping: Fixed = Variable::parameter(1005, "cylinder.stopDamping", units::SECOND_PER_METRE, 0.75).range(0.0, 1e3)
             .text("Dissipation coefficient of the end stops (Hunt-Crossley)");
-        dead_volume_a: f64 = Variable::parameter(1006, "chamberA.deadVolume", units::CUBIC_METRE, 5e-6).range(1e-8, 1.0).shown_in("cm3")
+        dead_volume_a: Fixed = Variable::parameter(1006, "chamberA.deadVolume", units::CUBIC_METRE, 5e-6).range(1e-8, 1.0).shown_in("cm3")
             .text("Dead volume of chamber A, hose included");
-        dead_volume_b: f64 = Variable::parameter(1007, "chamberB.deadVolume", units::CUBIC_METRE, 5e-6).range(1e-8, 1.0).shown_in("cm3")
+        dead_volume_b: Fixed = Variable::parameter(1007, "chamberB.deadVolume", units::CUBIC_METRE, 5e-6).range(1e-8, 1.0).shown_in("cm3")
             .text("Dead volume of chamber B, hose included");
-        pressure0_a: f64 = Variable::parameter(1008, "chamberA.pressure0", units::PASCAL, 101_325.0).range(1e3, 1e8).shown_in("bar")
+        pressure0_a: Fixed = Variable::parameter(1008, "chamberA.pressure0", units::PASCAL, 101_325.0).range(1e3, 1e8).shown_in("bar")
             .text("Initial absolute pressure in chamber A");
-        pressure0_b: f64 = Variable::parameter(1009, "chamberB.pressure0", units::PASCAL, 101_325.0).range(1e3, 1e8).shown_in("bar")
+        pressure0_b: Fixed = Variable::parameter(1009, "chamberB.pressure0", units::PASCAL, 101_325.0).range(1e3, 1e8).shown_in("bar")
             .text("Initial absolute pressure in chamber B");
-        tank_volume: f64 = Variable::parameter(1010, "chamberB.tankVolume", units::CUBIC_METRE, 0.0).range(0.0, 1.0).shown_in("cm3")
+        tank_volume: Fixed = Variable::parameter(1010, "chamberB.tankVolume", units::CUBIC_METRE, 0.0).range(0.0, 1.0).shown_in("cm3")
             .text("Volume of a tank connected to chamber B, a cylinder twice as long as wide");
-        moving_mass: f64 = Variable::parameter(1011, "mass.moving", units::KILOGRAM, 0.88).range(1e-3, 1e4)
+        moving_mass: Fixed = Variable::parameter(1011, "mass.moving", units::KILOGRAM, 0.88).range(1e-3, 1e4)
             .text("Moving mass: piston, rod, load cell and carriage");
-        carriage_mass: f64 = Variable::parameter(1012, "mass.carriage", units::KILOGRAM, 0.75).range(0.0, 1e4)
+        carriage_mass: Fixed = Variable::parameter(1012, "mass.carriage", units::KILOGRAM, 0.75).range(0.0, 1e4)
             .text("Part of the moving mass beyond the load cell");
-        position0: f64 = Variable::parameter(1013, "position0", units::METRE, 0.25).range(0.0, 10.0).shown_in("mm")
+        position0: Fixed = Variable::parameter(1013, "position0", units::METRE, 0.25).range(0.0, 10.0).shown_in("mm")
             .text("Initial position, within the stroke");
-        velocity0: f64 = Variable::parameter(1014, "velocity0", units::METRE_PER_SECOND, 0.0).range(-100.0, 100.0).shown_in("mm/s")
+        velocity0: Fixed = Variable::parameter(1014, "velocity0", units::METRE_PER_SECOND, 0.0).range(-100.0, 100.0).shown_in("mm/s")
             .text("Initial velocity");
-        ambient_pressure: f64 = Variable::parameter(1015, "ambientPressure", units::PASCAL, 101_325.0).range(1e3, 1e7).shown_in("bar")
+        ambient_pressure: Fixed = Variable::parameter(1015, "ambientPressure", units::PASCAL, 101_325.0).range(1e3, 1e7).shown_in("bar")
             .text("Absolute ambient pressure, also behind the exhaust");
-        ambient_temperature: f64 = Variable::parameter(1016, "ambientTemperature", units::KELVIN, 293.15).range(100.0, 1000.0).shown_in("degC")
+        ambient_temperature: Fixed = Variable::parameter(1016, "ambientTemperature", units::KELVIN, 293.15).range(100.0, 1000.0).shown_in("degC")
             .text("Ambient and initial gas temperature");
         supply_temperature: Tunable = Variable::parameter(1017, "supplyTemperature", units::KELVIN, 293.15).range(100.0, 1000.0).shown_in("degC")
             .text("Temperature of the supplied air");
@@ -47,13 +47,13 @@ parameters! {
             .text("Heat transfer coefficient between gas and wall, which is at ambient temperature");
         thermal_model: ThermalModel = Variable::choice(1019, "thermal.model", ThermalModel::EnergyBalance)
             .text("How the gas temperature follows");
-        exponent: f64 = Variable::parameter(1020, "thermal.exponent", units::ONE, 1.2).range(1.0, 2.0)
+        exponent: Fixed = Variable::parameter(1020, "thermal.exponent", units::ONE, 1.2).range(1.0, 2.0)
             .text("Polytropic exponent of the models Polytropic and PolytropicServo");
-        incline: f64 = Variable::parameter(1021, "incline", units::RADIAN, 0.0).range(-PI / 2.0, PI / 2.0).shown_in("deg")
+        incline: Fixed = Variable::parameter(1021, "incline", units::RADIAN, 0.0).range(-PI / 2.0, PI / 2.0).shown_in("deg")
             .text("Inclination of the axis; positive: outstroke is uphill");
         wire_force: Tunable = Variable::parameter(1022, "wireForce", units::NEWTON, 0.0).range(-1e4, 1e4)
             .text("Retracting force of the position transducer's wire, towards -x");
-        piston_leakage: f64 = Variable::parameter(1023, "piston.leakage", units::KILOGRAM_PER_SECOND_SQUARE_PASCAL, 0.0).range(0.0, 1e-10)
+        piston_leakage: Fixed = Variable::parameter(1023, "piston.leakage", units::KILOGRAM_PER_SECOND_SQUARE_PASCAL, 0.0).range(0.0, 1e-10)
             .text("Laminar leakage coefficient between the chambers");
         kappa_a: Tunable = Variable::parameter(1038, "friction.kappaA", units::PER_PASCAL, 0.0).range(-1e-3, 1e-3).shown_in("1/bar")
             .text("Growth of the load level with the pressure in chamber A above ambient");
@@ -68,16 +68,16 @@ impl Parameters {
     /// Refuses combinations without a meaning.
     pub fn check(&self) -> Result<(), ParameterError> {
         let refuse = |name: &str, value: f64, reason: String| Err(ParameterError::new(name, value, &reason));
-        if self.rod >= self.bore {
-            return refuse("cylinder.rod", self.rod, format!("it must be smaller than cylinder.bore = {}", self.bore));
+        let of = [self.rod, self.bore, self.position0, self.stroke, self.carriage_mass, self.moving_mass];
+        let [rod, bore, position0, stroke, carriage_mass, moving_mass] = of.map(|it| it.value);
+        if rod >= bore {
+            return refuse("cylinder.rod", rod, format!("it must be smaller than cylinder.bore = {bore}"));
         }
-        if self.position0 > self.stroke {
-            let reason = format!("it must not exceed cylinder.stroke = {}", self.stroke);
-            return refuse("position0", self.position0, reason);
+        if position0 > stroke {
+            return refuse("position0", position0, format!("it must not exceed cylinder.stroke = {stroke}"));
         }
-        if self.carriage_mass > self.moving_mass {
-            let reason = format!("it must not exceed mass.moving = {}", self.moving_mass);
-            return refuse("mass.carriage", self.carriage_mass, reason);
+        if carriage_mass > moving_mass {
+            return refuse("mass.carriage", carriage_mass, format!("it must not exceed mass.moving = {moving_mass}"));
         }
         Ok(())
     }

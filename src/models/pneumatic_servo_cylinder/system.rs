@@ -58,15 +58,15 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> System<3> for Pneumatic
     fn start<S: Varying, const N: usize>(&self, inputs: &[S; 3]) -> ([S; N], Self::Memory<S>) {
         let u = Inputs::read(inputs);
         let mut x = [S::zero(); N];
-        State::Position.set(&mut x, S::of(self.p.position0));
-        State::Velocity.set(&mut x, S::of(self.p.velocity0));
-        (x[PRESSURE_A], x[PRESSURE_B]) = (S::of(self.p.pressure0_a), S::of(self.p.pressure0_b));
+        State::Position.set(&mut x, S::along(self.p.position0));
+        State::Velocity.set(&mut x, S::along(self.p.velocity0));
+        (x[PRESSURE_A], x[PRESSURE_B]) = (S::along(self.p.pressure0_a), S::along(self.p.pressure0_b));
         if EXTENDED {
             for (place, opens) in [PRESSURE_A, PRESSURE_B].into_iter().zip(self.options.opens()) {
-                x[place] = if opens { S::of(self.p.ambient_pressure) } else { x[place] };
+                x[place] = if opens { S::along(self.p.ambient_pressure) } else { x[place] };
             }
         }
-        [x[TEMPERATURE_A], x[TEMPERATURE_B]] = [S::of(self.p.ambient_temperature); 2];
+        [x[TEMPERATURE_A], x[TEMPERATURE_B]] = [S::along(self.p.ambient_temperature); 2];
         if EXTENDED && self.lines.are_used() {
             let states = self.lines.start([x[PRESSURE_A], x[PRESSURE_B]], u.supply_pressure);
             self.put_lines(&states, &mut x);
@@ -145,7 +145,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> System<3> for Pneumatic
     fn notices(&self, u: &[f64; 3]) -> Notices {
         let Inputs { supply_pressure: value, .. } = Inputs::read(u);
         let remark = "it acts as ambientPressure, which is higher; pressures are absolute and in Pa";
-        let is_low = value < self.p.ambient_pressure && self.actuator.has_supply();
+        let is_low = value < self.p.ambient_pressure.value && self.actuator.has_supply();
         let low = is_low.then_some(Notice { variable: "supplyPressure", value, remark });
         [self.friction.law().notice(), low]
     }
@@ -434,7 +434,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> System<3> for Pneumatic
             && self.actuator.stays_in_piece::<S>(states, u.valve_voltage, &memory.actuator, step)
     }
 
-    fn stride(&self, size: f64) -> Stride {
+    fn stride<S: Varying>(&self, size: f64) -> Stride<S> {
         Stride { size, half: self.actuator.half(size) }
     }
 
@@ -443,7 +443,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> System<3> for Pneumatic
         x: &[S; N],
         u: &[S; 3],
         memory: &MemoryOf<L, A, S>,
-        stride: &Stride,
+        stride: &Stride<S>,
     ) -> Led<[S; N]> {
         let voltage = Inputs::read(u).valve_voltage;
         let Led { middle, end, bend } = self.actuator.later(of_actuator(x), voltage, &memory.actuator, stride);
@@ -505,8 +505,8 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
         let Pair([p_a, p_b]) = pressures;
         let a_is_above = || Pair([orifice::is_above(p_a, p_b), Real::zero()]);
         match &self.leaks {
-            Some(leaks) => leaks.pieces(pressures, self.p.ambient_pressure) + a_is_above() * 4.0,
-            None if self.options.kappa_difference != 0.0 => a_is_above(),
+            Some(leaks) => leaks.pieces(pressures, self.p.ambient_pressure.value) + a_is_above() * 4.0,
+            None if self.options.kappa_difference.is_used() => a_is_above(),
             None => Pair::zero(),
         }
     }

@@ -14,8 +14,6 @@
 //! The voltage is held until the next sample. It answers the inputs of the sample before, as that of a digital
 //! controller does, so that a loop with the plant is no algebraic one.
 
-mod equations;
-
 use std::any::TypeId;
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -24,10 +22,10 @@ use serde::{Deserialize, Serialize};
 
 use crate::co_simulation::{Direction, Simulation, Snapshot, SnapshotError};
 use crate::model::{Course, Experiment, Functions, Model, Panel, Signal, Start};
-use crate::numbers::{Real, Scalar, sign};
-use crate::sensitivity::{Differentiable, Equations};
-use crate::solver::{Mark, StepError};
-use crate::system::{Held, Sample};
+use crate::numbers::{Real, Scalar, Tangent, Varying, sign};
+use crate::sensitivity::{Along, Crossing, NoDerivative, Varied};
+use crate::solver::StepError;
+use crate::system::{Held, Kept, Sample, kept as kept_numbers, varied};
 use crate::variables::{Meaning, ParameterError, ParameterSet, Table, Tunable, Variable, kept, units};
 use crate::{enumeration, inputs, outputs, parameters};
 
@@ -36,11 +34,12 @@ pub const MODEL: Model = Model {
     name: "PositionController",
     description: "Sampled position controller for a pneumatic cylinder with a proportional valve",
     functions: Functions {
-        table: || kept::lent(TypeId::of::<PositionController>(), make_table),
+        table: || kept::lent(TypeId::of::<PositionController<Real>>(), make_table),
         shared_table: table,
-        snapshot_size: 2 * size_of::<Memory>() + 64,
+        snapshot_size: 2 * size_of::<Memory<Real>>() + 64,
         indicators: Vec::new,
-        start: |start| Ok(Box::new(PositionController::new(start)?)),
+        start: |start| Ok(Box::new(PositionController::<Real>::new(start)?)),
+        vary: |start| Ok(Box::new(PositionController::<Tangent>::new(start)?)),
     },
     experiment: Experiment {
         stop_time: 3.0,
@@ -73,7 +72,7 @@ pub const MODEL: Model = Model {
 
 /// The table of the model.
 fn table() -> Arc<Table> {
-    kept::shared(TypeId::of::<PositionController>(), make_table)
+    kept::shared(TypeId::of::<PositionController<Real>>(), make_table)
 }
 
 fn make_table() -> Table {
@@ -215,20 +214,6 @@ impl Parameters {
         kinks
     }
 
-    /// A sample in plain numbers.
-    fn take(&self, u: &[f64; Inputs::LEN], last: &mut Last) {
-        let mut numbers = last.map(Real::of);
-        self.sample(&Inputs::read(&Real::all(u)), &mut numbers);
-        *last = numbers.map(Real::value);
-    }
-
-    /// What is shown in plain numbers.
-    fn show(&self, last: &Last) -> [f64; Outputs::<f64>::LEN] {
-        let mut shown = [Real::of(0.0); Outputs::<f64>::LEN];
-        self.shown(&last.map(Real::of)).write(&mut shown);
-        shown.map(Real::value)
-    }
-
     /// What is shown of it.
     fn shown<S: Scalar>(&self, last: &Last<S>) -> Outputs<S> {
         Outputs {
@@ -263,29 +248,47 @@ fn left<S: Scalar>(number: S, limit: S) -> S {
 /// The voltage at which the valve is closed, which the output voltage counts from.
 const NEUTRAL: &str = "valve.neutral";
 
+impl<S: Varying> Kinks<S> {
+    /// What of a sample is just where its formula changes, in a direction that leads away from there.
+    fn limit(self) -> Option<&'static str> {
+        let Self { wanted, command, voltage, lack, integral } = self;
+        let named = [
+            (wanted, "the wanted velocity just at its limit"),
+            (command, "the command just at an end of the line across the dead zone"),
+            (voltage, "the voltage just at an end of its range"),
+            (lack, "no lack of velocity, with the voltage beyond its range"),
+            (integral, "the integral part just at its limit"),
+        ];
+        named.into_iter().find(|(left, _)| left.value() == 0.0 && left.slope() != 0.0).map(|(_, what)| what)
+    }
+}
+
 /// The controller between two samples.
-struct PositionController {
+struct PositionController<S: Varying> {
     p: Parameters,
     time: f64,
-    inputs: Held<{ Inputs::LEN }>,
-    memory: Memory,
-    /// What has been done, where somebody follows.
-    trail: Option<Vec<Mark>>,
+    inputs: Held<{ Inputs::LEN }, S>,
+    /// Slopes of the inputs, in a direction of numbers with slopes.
+    seeds: [f64; Inputs::LEN],
+    memory: Memory<S>,
+    /// Where numbers with slopes have none any more.
+    lost: Option<NoDerivative>,
 }
 
 /// What has been sampled.
-#[derive(Serialize, Deserialize)]
-struct Memory {
+#[derive(Clone, Serialize, Deserialize)]
+#[serde(bound(serialize = "", deserialize = ""))]
+struct Memory<S: Varying> {
     /// Time of the first sample in s.
     start: f64,
     /// Samples taken since.
     count: u64,
-    last: Last,
+    last: Last<S>,
 }
 
 /// What the last sample left.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-struct Last<S = f64> {
+struct Last<S> {
     /// Reference in m.
     reference: S,
     error: S,
@@ -296,103 +299,60 @@ struct Last<S = f64> {
     effort: S,
 }
 
-impl Last {
+impl<S: Varying> Last<S> {
     /// What there is before the first sample, under inputs.
-    fn none(input: &Inputs<f64>) -> Self {
-        Self { reference: input.reference, error: 0.0, wanted: 0.0, command: 0.0, integral: 0.0, effort: 0.0 }
+    fn none(input: &Inputs<S>) -> Self {
+        let none = S::zero();
+        Self { reference: input.reference, error: none, wanted: none, command: none, integral: none, effort: none }
     }
 }
 
-impl<S: Copy> Last<S> {
-    fn map<T>(&self, rule: impl Fn(S) -> T) -> Last<T> {
-        let [reference, error, wanted, command, integral, effort] = self.numbers().map(rule);
-        Last { reference, error, wanted, command, integral, effort }
-    }
-}
-
-impl Memory {
+impl<S: Varying> Memory<S> {
     fn is_finite(&self) -> bool {
-        let &Self { start, count: _, last: Last { reference, error, wanted, command, integral, effort } } = self;
-        [start, reference, error, wanted, command, integral, effort].iter().all(|value| value.is_finite())
+        let Self { start, count: _, last: Last { reference, error, wanted, command, integral, effort } } = self;
+        let of_sample = [reference, error, wanted, command, integral, effort];
+        start.is_finite() && of_sample.iter().all(|number| number.value().is_finite())
     }
 }
 
-impl PositionController {
+impl<S: Varying> PositionController<S> {
     fn new(start: &Start) -> Result<Self, ParameterError> {
-        let p = Parameters::checked(start.parameters, &[])?;
-        let values: [f64; Inputs::LEN] = std::array::from_fn(|i| start.inputs[i]);
+        let p = Parameters::checked(start.parameters, start.seeds.parameters)?;
+        let seeds = std::array::from_fn(|i| start.seeds.inputs.get(i).copied().unwrap_or_default());
+        let values: [S; Inputs::LEN] = std::array::from_fn(|i| S::with(start.inputs[i], seeds[i]));
         let memory = Memory { start: start.time, count: 0, last: Last::none(&Inputs::read(&values)) };
-        let inputs = Held::new(start.time, Real::all(&values), [0.0; Inputs::LEN]);
-        Ok(Self { p, time: start.time, inputs, memory, trail: None })
+        let inputs = Held::new(start.time, values, [0.0; Inputs::LEN]);
+        Ok(Self { p, time: start.time, inputs, seeds, memory, lost: None })
     }
 
     fn next_sample(&self) -> Sample<Real> {
-        Sample::periodic(self.memory.start + self.memory.count as f64 * self.p.sample_time, self.p.sample_time)
+        Sample::periodic(
+            Real::of(self.memory.start + self.memory.count as f64 * self.p.sample_time),
+            self.p.sample_time,
+        )
     }
 
     /// Takes the sample that is due.
     fn sample(&mut self) {
         let due = self.next_sample().time.value;
         self.time = self.time.max(due);
-        self.mark_move();
-        self.mark(|controller| Mark::Samples(due - controller.memory.start));
-        self.p.take(&self.inputs.at(self.time).map(Real::value), &mut self.memory.last);
+        let kinks = self.p.sample(&Inputs::read(&self.inputs.at(self.time)), &mut self.memory.last);
         self.memory.count += 1;
-    }
-
-    fn mark_move(&mut self) {
-        self.mark(|controller| Mark::Moves { time: controller.elapsed(), end: Vec::new() });
-    }
-
-    /// Leaves a mark, if somebody follows.
-    fn mark(&mut self, mark: impl FnOnce(&Self) -> Mark) {
-        if let Some(mut trail) = self.trail.take() {
-            trail.push(mark(self));
-            self.trail = Some(trail);
+        if S::VARIES && self.lost.is_none() {
+            self.lost = kinks.limit().map(|what| NoDerivative {
+                time: due,
+                event: "a sample".to_owned(),
+                reason: format!("it finds {what}"),
+            });
         }
     }
 
-    /// Time in s since the start.
-    fn elapsed(&self) -> f64 {
-        self.time - self.memory.start
-    }
-}
-
-impl Differentiable for PositionController {
-    fn equations(&self) -> Option<Box<dyn Equations>> {
-        Some(Box::new(equations::Sampled { law: self.p.clone(), last: self.memory.last.clone() }))
+    fn put_inputs(&mut self, values: &[f64], slopes: &[f64]) {
+        let values = std::array::from_fn(|i| S::with(values[i], self.seeds[i]));
+        self.inputs = Held::new(self.time, values, std::array::from_fn(|i| slopes[i]));
     }
 
-    fn leave_trail(&mut self, leaves: bool) {
-        self.trail = leaves.then(Vec::new);
-    }
-
-    /// Nothing is integrated, with whatever tolerance.
-    fn place(&self) -> Option<(f64, Vec<f64>, f64)> {
-        Some((self.elapsed(), Vec::new(), 0.0))
-    }
-
-    fn take_trail(&mut self) -> Vec<Mark> {
-        self.trail.as_mut().map(std::mem::take).unwrap_or_default()
-    }
-}
-
-impl Simulation for PositionController {
-    fn time(&self) -> f64 {
-        self.time
-    }
-
-    fn set_inputs(&mut self, values: &[f64], slopes: &[f64]) {
-        let array = |values: &[f64]| std::array::from_fn(|i| values[i]);
-        self.inputs = Held::new(self.time, Real::all(&array(values)), array(slopes));
-    }
-
-    fn retune(&mut self, parameters: &[f64]) -> Result<(), ParameterError> {
-        self.p = Parameters::checked(parameters, &[])?;
-        Ok(())
-    }
-
-    fn advance(&mut self, end: f64) -> Result<(), StepError> {
+    fn go(&mut self, end: f64) -> Result<(), StepError> {
         let limit = self.p.max_samples;
         let mut samples = 0;
         while self.next_sample().is_before(end) {
@@ -403,8 +363,93 @@ impl Simulation for PositionController {
             samples += 1;
         }
         self.time = end;
-        self.mark_move();
         Ok(())
+    }
+
+    fn show(&self) -> [S; Outputs::<f64>::LEN] {
+        let mut shown = [S::zero(); Outputs::<f64>::LEN];
+        self.p.shown(&self.memory.last).write(&mut shown);
+        shown
+    }
+}
+
+/// What a saved controller remembers.
+fn saved(snapshot: &Snapshot) -> Result<Memory<Real>, SnapshotError> {
+    let memory: Memory<Real> = postcard::from_bytes(&snapshot.memory).map_err(|_| SnapshotError::Unreadable)?;
+    if !snapshot.states.is_empty() {
+        return Err(SnapshotError::States { found: snapshot.states.len(), expected: 0 });
+    }
+    if !snapshot.time.is_finite() || !memory.is_finite() {
+        return Err(SnapshotError::NotFinite);
+    }
+    Ok(memory)
+}
+
+/// Between samples, which are a formula within its limits, nothing moves. When samples are taken is no question of slopes: they
+/// see the inputs of their communication point, however near it is.
+impl Varied for PositionController<Tangent> {
+    fn place(&mut self, snapshot: &Snapshot, along: Along) -> Result<(), SnapshotError> {
+        let Memory { start, count, last } = saved(snapshot)?;
+        let last = varied(&last, |place| if along == Along::Memory(place) { 1.0 } else { 0.0 });
+        (self.time, self.memory, self.lost) = (snapshot.time, Memory { start, count, last }, None);
+        self.seeds = std::array::from_fn(|i| if along == Along::Input(i) { 1.0 } else { 0.0 });
+        Ok(())
+    }
+
+    fn set_inputs(&mut self, values: &[f64], slopes: &[f64]) {
+        self.put_inputs(values, slopes);
+    }
+
+    fn advance(&mut self, end: f64) -> Result<(), StepError> {
+        self.go(end)
+    }
+
+    fn step(&mut self, size: f64) -> Result<(), StepError> {
+        self.go(self.time + size)
+    }
+
+    fn outputs(&self, slopes: &mut [f64]) -> Result<(), NoDerivative> {
+        if let Some(lost) = &self.lost {
+            return Err(lost.clone());
+        }
+        slopes.fill(0.0);
+        slopes.iter_mut().zip(self.show()).for_each(|(slot, number)| *slot = number.slope);
+        Ok(())
+    }
+
+    fn state(&self, _state: usize) -> f64 {
+        0.0
+    }
+
+    fn memory(&self) -> Vec<Kept> {
+        kept_numbers(&self.memory.last)
+    }
+
+    fn crossings(&self) -> Vec<Crossing> {
+        Vec::new()
+    }
+
+    fn lost(&self) -> Option<&NoDerivative> {
+        self.lost.as_ref()
+    }
+}
+
+impl Simulation for PositionController<Real> {
+    fn time(&self) -> f64 {
+        self.time
+    }
+
+    fn set_inputs(&mut self, values: &[f64], slopes: &[f64]) {
+        self.put_inputs(values, slopes);
+    }
+
+    fn retune(&mut self, parameters: &[f64]) -> Result<(), ParameterError> {
+        self.p = Parameters::checked(parameters, &[])?;
+        Ok(())
+    }
+
+    fn advance(&mut self, end: f64) -> Result<(), StepError> {
+        self.go(end)
     }
 
     fn is_finite(&self) -> bool {
@@ -412,10 +457,10 @@ impl Simulation for PositionController {
     }
 
     fn values(&self, computed: &mut [f64]) {
-        let saturated = f64::from(self.memory.last.effort.abs() == self.p.range.value);
+        let saturated = f64::from(self.memory.last.effort.value.abs() == self.p.range.value);
         // FMI integers have 32 bits; a run that exceeds them shows the largest.
         let samples = f64::from(i32::try_from(self.memory.count).unwrap_or(i32::MAX));
-        let shown = self.p.show(&self.memory.last);
+        let shown = self.show().map(Real::value);
         let (own, rest) = computed.split_at_mut(shown.len());
         own.copy_from_slice(&shown);
         rest.copy_from_slice(&[saturated, samples]);
@@ -445,13 +490,7 @@ impl Simulation for PositionController {
     }
 
     fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
-        let memory: Memory = postcard::from_bytes(&snapshot.memory).map_err(|_| SnapshotError::Unreadable)?;
-        if !snapshot.states.is_empty() {
-            return Err(SnapshotError::States { found: snapshot.states.len(), expected: 0 });
-        }
-        if !snapshot.time.is_finite() || !memory.is_finite() {
-            return Err(SnapshotError::NotFinite);
-        }
+        let memory = saved(snapshot)?;
         (self.time, self.memory) = (snapshot.time, memory);
         Ok(())
     }

@@ -20,13 +20,13 @@ use std::f64::consts::TAU;
 use serde::{Deserialize, Serialize};
 
 use self::variables::{Inputs, Outputs, Parameters, State};
-use crate::co_simulation::Simulation;
+use crate::co_simulation::Product;
 use crate::friction::{self, Contact, Drive, Event, Friction, FrictionContact, FrictionLaw, MAX_STATES};
 use crate::model::{Experiment, Functions, Model, Panel, Start};
-use crate::numbers::{Scalar, Varying};
+use crate::numbers::{Scalar, Tangent, Varying};
 use crate::start_sized;
 use crate::system::{Indicator, Limits, Sample, System, Tables, UNUSED, references};
-use crate::variables::{Notices, ParameterError, Tunable, Values};
+use crate::variables::{Notices, ParameterError, Values};
 
 /// The model as the library offers it.
 pub const MODEL: Model = model::<Friction>();
@@ -36,7 +36,7 @@ pub const fn model<L: FrictionLaw>() -> Model {
     Model {
         name: "VibroImpact",
         description: "Vibro-impact locomotion: a body on dry friction, driven by an internal mass that hits it",
-        functions: Functions::of::<VibroImpact<L>, 1>(State::OTHERS + MAX_STATES, start::<L>),
+        functions: Functions::of::<VibroImpact<L>, 1>(State::OTHERS + MAX_STATES, start::<L, _>, start::<L, _>),
         experiment: Experiment {
             stop_time: 3.0,
             step_size: 1e-3,
@@ -54,17 +54,17 @@ pub const fn model<L: FrictionLaw>() -> Model {
 /// Everything between the two masses, in SI units or, in the dimensionless form, without units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Coupling {
-    internal_mass: f64,
-    body_mass: f64,
+    internal_mass: Tangent,
+    body_mass: Tangent,
     /// Stiffness of the spring for displacement and for its cube.
-    stiffness: f64,
-    cubic: f64,
-    damping: f64,
-    impact_stiffness: f64,
-    gap: f64,
-    amplitude: Tunable,
+    stiffness: Tangent,
+    cubic: Tangent,
+    damping: Tangent,
+    impact_stiffness: Tangent,
+    gap: Tangent,
+    amplitude: Tangent,
     /// Angular frequency.
-    frequency: f64,
+    frequency: Tangent,
 }
 
 /// The equations for given parameters.
@@ -92,7 +92,7 @@ const IMPACT: usize = 0;
 const CONTACT: usize = 1;
 
 /// Starts a run with as many states as the friction law needs.
-fn start<L: FrictionLaw>(start: &Start) -> Result<Box<dyn Simulation>, ParameterError> {
+fn start<L: FrictionLaw, P: Product>(start: &Start) -> Result<P, ParameterError> {
     start_sized!(start, VibroImpact<L>, 1, [State::OTHERS, State::OTHERS + 1, State::OTHERS + MAX_STATES])
 }
 
@@ -100,9 +100,9 @@ impl Coupling {
     fn new(p: &Parameters) -> Self {
         if p.is_dimensionless() {
             return Self {
-                internal_mass: 1.0,
+                internal_mass: Tangent::still(1.0),
                 body_mass: p.mass_ratio,
-                stiffness: 1.0,
+                stiffness: Tangent::still(1.0),
                 cubic: p.beta,
                 damping: 2.0 * p.zeta,
                 impact_stiffness: p.sigma,
@@ -200,11 +200,11 @@ impl<L: FrictionLaw> System<1> for VibroImpact<L> {
 
     fn start<S: Varying, const N: usize>(&self, u: &[S; 1]) -> ([S; N], Self::Memory<S>) {
         let mut x = [S::zero(); N];
-        State::Position.set(&mut x, S::of(self.p.position0));
-        State::Velocity.set(&mut x, S::of(self.p.velocity0));
-        State::InternalPosition.set(&mut x, S::of(self.p.position0 + self.p.displacement0));
-        State::InternalVelocity.set(&mut x, S::of(self.p.velocity0 + self.p.displacement_rate0));
-        let touches = self.p.displacement0 > self.coupling.gap;
+        State::Position.set(&mut x, S::along(self.p.position0));
+        State::Velocity.set(&mut x, S::along(self.p.velocity0));
+        State::InternalPosition.set(&mut x, S::along(self.p.position0 + self.p.displacement0));
+        State::InternalVelocity.set(&mut x, S::along(self.p.velocity0 + self.p.displacement_rate0));
+        let touches = self.p.displacement0 > self.coupling.gap.value;
         let contact = self.contact(S::zero(), &x, &Inputs::read(u), State::Velocity.get(&x), touches);
         let friction = self.friction.start(&contact, &mut x);
         (x, Memory { friction, touches, impacts: 0 })
@@ -310,7 +310,7 @@ impl<L: FrictionLaw> System<1> for VibroImpact<L> {
 
     /// At rest in the middle only the excitation moves anything: a step must not pass over a period of it.
     fn max_step(&self) -> f64 {
-        self.friction.max_step().min(0.125 * TAU / self.coupling.frequency)
+        self.friction.max_step().min(0.125 * TAU / self.coupling.frequency.value)
     }
 
     fn depends_on_time(&self) -> bool {

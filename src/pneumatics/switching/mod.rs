@@ -8,7 +8,7 @@ use super::orifice::{Inflow, edge_pieces};
 use super::valve::{Edges, Port};
 use crate::numbers::{Pair, Real, Scalar, Varying};
 use crate::system::{Led, Sample, Stride};
-use crate::variables::{ParameterError, Tunable, Variable, units};
+use crate::variables::{Fixed, ParameterError, Tunable, Variable, units};
 use crate::{enumeration, outputs, parameters};
 
 pub use self::pulses::{Armature, Driver, Memory};
@@ -24,19 +24,19 @@ enumeration! {
 parameters! {
     /// The parameters of [`SwitchingValves`].
     Parameters {
-        conductance: f64 = Variable::parameter(1250, "switching.C", units::CUBIC_METRE_PER_SECOND_PASCAL, 3.93e-9).range(1e-13, 1e-5).shown_in("dm3/(s.bar)")
+        conductance: Fixed = Variable::parameter(1250, "switching.C", units::CUBIC_METRE_PER_SECOND_PASCAL, 3.93e-9).range(1e-13, 1e-5).shown_in("dm3/(s.bar)")
             .text("Sonic conductance of an open switching valve, either way");
-        critical_ratio: f64 = Variable::parameter(1251, "switching.b", units::ONE, 0.3).range(0.0, 0.99)
+        critical_ratio: Fixed = Variable::parameter(1251, "switching.b", units::ONE, 0.3).range(0.0, 0.99)
             .text("Critical pressure ratio of the switching valves");
         centre: SwitchingCentre = Variable::choice(1252, "switching.centre", SwitchingCentre::Vented)
             .text("What the valves do at 5 V and between the pulses");
-        frequency: f64 = Variable::parameter(1253, "switching.frequency", units::HERTZ, 100.0).range(0.1, 1e4)
+        frequency: Fixed = Variable::parameter(1253, "switching.frequency", units::HERTZ, 100.0).range(0.1, 1e4)
             .text("Frequency of the pulses; the voltage counts that holds at the beginning of a period");
-        opening_delay: f64 = Variable::parameter(1254, "switching.openingDelay", units::SECOND, 1e-3).range(0.0, 1.0).shown_in("ms")
+        opening_delay: Fixed = Variable::parameter(1254, "switching.openingDelay", units::SECOND, 1e-3).range(0.0, 1.0).shown_in("ms")
             .text("Time from the beginning of a pulse until a valve begins to open; a pulse that is not longer does nothing");
-        closing_delay: f64 = Variable::parameter(1255, "switching.closingDelay", units::SECOND, 1e-3).range(0.0, 1.0).shown_in("ms")
+        closing_delay: Fixed = Variable::parameter(1255, "switching.closingDelay", units::SECOND, 1e-3).range(0.0, 1.0).shown_in("ms")
             .text("Time from the end of a pulse until a valve begins to close; a pause that is not longer does nothing");
-        travel_time: f64 = Variable::parameter(1256, "switching.travelTime", units::SECOND, 5e-4).range(0.0, 1.0).shown_in("ms")
+        travel_time: Fixed = Variable::parameter(1256, "switching.travelTime", units::SECOND, 5e-4).range(0.0, 1.0).shown_in("ms")
             .text("Time in which a valve opens or closes, at a constant rate");
     }
 }
@@ -99,8 +99,7 @@ impl Actuating for SwitchingValves {
     fn new(p: Parameters) -> Result<Self, ParameterError> {
         let Parameters { opening_delay, closing_delay, travel_time: travel, .. } = p;
         let armature = Armature { opening_delay, closing_delay, travel };
-        let [conductance, critical_ratio] = [p.conductance, p.critical_ratio].map(Tunable::still);
-        let port = Port { conductance, critical_ratio };
+        let port = Port { conductance: p.conductance, critical_ratio: p.critical_ratio };
         let driver = Driver { frequency: p.frequency, armature };
         Ok(Self { driver, centre: p.centre, edges: Edges::new([port; 2], Tunable::still(0.0)) })
     }
@@ -135,7 +134,7 @@ impl Actuating for SwitchingValves {
     }
 
     fn rates<S: Scalar>(&self, _openings: [S; STATES], _voltage: S, memory: &Memory<S::Held>) -> [S; STATES] {
-        self.driver.rates(memory).map(S::constant)
+        self.driver.rates(memory).map(S::along)
     }
 
     /// Between its happenings each armature rests or moves at a constant speed.
@@ -144,15 +143,15 @@ impl Actuating for SwitchingValves {
         openings: [S; STATES],
         _voltage: S,
         memory: &Memory<S>,
-        stride: &Stride,
+        stride: &Stride<S>,
     ) -> Led<[S; STATES]> {
         let rates = self.driver.rates(memory);
-        let after = |time: f64| [0, 1].map(|valve| openings[valve] + S::of(rates[valve] * time));
+        let after = |time: f64| [0, 1].map(|valve| openings[valve] + S::along(rates[valve] * time));
         Led { middle: after(0.5 * stride.size), end: after(stride.size), bend: [S::zero(); STATES] }
     }
 
     fn piece(&self, _openings: [f64; STATES], ports: &Ports<Real>, pressures: Pair<Real>) -> Pair<Real> {
-        edge_pieces([ports.supply_pressure, Real::of(ports.exhaust_pressure)], pressures)
+        edge_pieces([ports.supply_pressure, Real::along(ports.exhaust_pressure)], pressures)
     }
 
     fn is_hasty<S: Varying>(&self, memory: &Memory<S>) -> bool {
@@ -176,7 +175,7 @@ impl Actuating for SwitchingValves {
             SwitchingCentre::Closed => feeding.swapped(),
         };
         let supply = ports.supply.at(Pair([ports.supply_pressure; 2]));
-        let exhaust = ports.exhaust.at(Pair([S::constant(ports.exhaust_pressure); 2]));
+        let exhaust = ports.exhaust.at(Pair([S::along(ports.exhaust_pressure); 2]));
         Inflow::from(self.edges.flow(feeding, supply, gas)) + Inflow::from(self.edges.flow(venting, exhaust, gas))
     }
 

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::numbers::{Scalar, Varying};
+use crate::numbers::{Scalar, Tangent, Varying};
 use crate::system::Sample;
 
 /// A driver that turns a duty cycle into pulses of a fixed frequency, for two coils of which one is driven at a time.
@@ -14,7 +14,7 @@ use crate::system::Sample;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Driver {
     /// Frequency `f` in Hz.
-    pub frequency: f64,
+    pub frequency: Tangent,
     /// What the armatures do.
     pub armature: Armature,
 }
@@ -30,11 +30,11 @@ pub struct Driver {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Armature {
     /// Time in s that the coil must be on until the armature opens.
-    pub opening_delay: f64,
+    pub opening_delay: Tangent,
     /// Time in s that the coil must be off until the armature closes.
-    pub closing_delay: f64,
+    pub closing_delay: Tangent,
     /// Time in s from one end to the other.
-    pub travel: f64,
+    pub travel: Tangent,
 }
 
 /// Where the driver is in its period, and what the armatures do.
@@ -133,9 +133,10 @@ impl Driver {
         /// Those of the voltage, the duty cycle, the times made of it, and their difference. The first two are of the size of
         /// a whole period, however short the pulse.
         const ROUNDINGS: f64 = 8.0;
-        let periods = (second.period as f64 - first.period as f64) / self.frequency;
+        let frequency = self.frequency.value;
+        let periods = (second.period as f64 - first.period as f64) / frequency;
         let [first, second] = [first, second].map(|moment| moment.after.value());
-        let magnitude = 1.0 / self.frequency + periods.abs() + first + second;
+        let magnitude = 1.0 / frequency + periods.abs() + first + second;
         periods + (second - first) > ROUNDINGS * f64::EPSILON * magnitude
     }
 
@@ -143,7 +144,7 @@ impl Driver {
     /// and turns last, since a period that begins with a pulse ends a pause which is not longer than the delay.
     fn next_happening<S: Varying>(&self, memory: &Memory<S>) -> (Sample<S>, Happening) {
         let beginning = Moment::<S>::beginning(memory.next);
-        let mut first = (Sample::<S>::periodic(self.time(beginning).value(), 1.0 / self.frequency), Happening::Period);
+        let mut first = (Sample::periodic(self.time(beginning), 1.0 / self.frequency.value), Happening::Period);
         for (valve, motion) in memory.motions.iter().enumerate() {
             let turn = motion.turns.filter(|turn| self.is_before(*turn, beginning));
             for (moment, happening) in [(turn, Happening::Turn(valve)), (motion.arrives, Happening::Arrival(valve))] {
@@ -163,7 +164,7 @@ impl Driver {
             Happening::Turn(valve) => {
                 let (motion, opening) = (&mut memory.motions[valve], &mut openings[valve]);
                 motion.opens = !motion.opens;
-                let closes = memory.fall.map(|fall| fall.later(S::of(self.armature.closing_delay)));
+                let closes = memory.fall.map(|fall| fall.later(S::along(self.armature.closing_delay)));
                 let turn = std::mem::replace(&mut motion.turns, closes.filter(|_| motion.opens));
                 let end = S::of(f64::from(motion.opens));
                 let duration = (end - *opening).abs() * self.armature.travel;
@@ -185,7 +186,7 @@ impl Driver {
         (memory.next, memory.duty) = (memory.next + 1, duty);
         memory.fall = (duty.value().abs() < 1.0).then(|| beginning.later(duty.abs() / self.frequency));
         let Armature { opening_delay, closing_delay, .. } = self.armature;
-        let [opening_delay, closing_delay] = [opening_delay, closing_delay].map(S::of);
+        let [opening_delay, closing_delay] = [opening_delay, closing_delay].map(S::along);
         for (motion, has_pulse) in memory.motions.iter_mut().zip([duty.value() > 0.0, duty.value() < 0.0]) {
             // A coil that has been on through all of the last period has a turn pending, or none.
             let pending = motion.turns.map(|turn| if self.is_before(beginning, turn) { turn } else { beginning });
@@ -203,9 +204,9 @@ impl Driver {
     }
 
     /// Rates in 1/s of the openings.
-    pub fn rates<S: Scalar>(&self, memory: &Memory<S>) -> [f64; 2] {
+    pub fn rates<S: Scalar>(&self, memory: &Memory<S>) -> [Tangent; 2] {
         memory.motions.map(|motion: Motion<S>| match (motion.arrives.is_some(), motion.opens) {
-            (false, _) => 0.0,
+            (false, _) => Tangent::still(0.0),
             (true, true) => 1.0 / self.armature.travel,
             (true, false) => -1.0 / self.armature.travel,
         })
@@ -218,8 +219,16 @@ mod tests {
     use crate::numbers::Real;
 
     /// 10 Hz; opens 20 ms after the coil is on, closes 30 ms after it is off, moves for 10 ms.
-    const DRIVER: Driver =
-        Driver { frequency: 10.0, armature: Armature { opening_delay: 0.02, closing_delay: 0.03, travel: 0.01 } };
+    const DRIVER: Driver = Driver { frequency: still(10.0), armature: armature(0.02, 0.03, 0.01) };
+
+    const fn still(value: f64) -> Tangent {
+        Tangent::still(value)
+    }
+
+    /// With delays of opening and closing, and a travel, in s.
+    const fn armature(opening_delay: f64, closing_delay: f64, travel: f64) -> Armature {
+        Armature { opening_delay: still(opening_delay), closing_delay: still(closing_delay), travel: still(travel) }
+    }
 
     /// Times in ms and openings after everything that happens before a time in s, for a duty cycle.
     fn course(driver: Driver, duty: impl Fn(f64) -> f64, end: f64) -> Vec<(f64, [f64; 2])> {
@@ -259,7 +268,7 @@ mod tests {
     /// A delay longer than a period: only a coil that is on without a pause opens, and only a long pause closes.
     #[test]
     fn delay_may_be_longer_than_a_period() {
-        let armature = Armature { opening_delay: 0.25, closing_delay: 0.15, ..DRIVER.armature };
+        let armature = armature(0.25, 0.15, 0.01);
         let driver = Driver { armature, ..DRIVER };
         assert!(course(driver, |_| 0.9, 1.0).iter().all(|(_, openings)| *openings == [0.0; 2]));
         let found = course(driver, |time| if time < 0.35 { 1.0 } else { 0.0 }, 0.7);
@@ -272,7 +281,7 @@ mod tests {
     /// Where the pulse ends while the armature is on its way, it goes on to the end of the delay, and turns back there.
     #[test]
     fn armature_turns_back_on_its_way() {
-        let driver = Driver { armature: Armature { closing_delay: 0.002, ..DRIVER.armature }, ..DRIVER };
+        let driver = Driver { armature: armature(0.02, 0.002, 0.01), ..DRIVER };
         let found = course(driver, |_| 0.21, 0.05);
         let expected = [(0.0, 0.0), (20.0, 0.0), (23.0, 0.3), (26.0, 0.0)];
         assert_eq!(found.iter().map(|(time, [first, _])| (*time, *first)).collect::<Vec<_>>(), expected);
@@ -281,7 +290,7 @@ mod tests {
     /// Where the next pulse begins while the armature is on its way back, it turns from where it is, and has only that far to go.
     #[test]
     fn armature_that_opens_again_on_its_way_back_arrives_sooner() {
-        let armature = Armature { opening_delay: 0.002, closing_delay: 0.0, travel: 0.04 };
+        let armature = armature(0.002, 0.0, 0.04);
         let found = course(Driver { armature, ..DRIVER }, |_| 0.9, 0.115);
         let expected = [(0.0, 0.0), (2.0, 0.0), (42.0, 1.0), (90.0, 1.0), (100.0, 0.75), (102.0, 0.7), (114.0, 1.0)];
         assert_eq!(found.iter().map(|(time, [first, _])| (*time, *first)).collect::<Vec<_>>(), expected);
@@ -291,8 +300,8 @@ mod tests {
     /// fractions of a second, so that both are equal to the last bit.
     #[test]
     fn armature_that_turns_back_as_it_arrives_has_been_open() {
-        let armature = Armature { opening_delay: 1.0 / 64.0, closing_delay: 0.0, travel: 1.0 / 64.0 };
-        let found = course(Driver { frequency: 8.0, armature }, |_| 0.25, 0.1);
+        let armature = armature(1.0 / 64.0, 0.0, 1.0 / 64.0);
+        let found = course(Driver { frequency: still(8.0), armature }, |_| 0.25, 0.1);
         let expected = [(0.0, 0.0), (16.0, 0.0), (31.0, 1.0), (31.0, 1.0), (47.0, 0.0)];
         assert_eq!(found.iter().map(|(time, [first, _])| (*time, *first)).collect::<Vec<_>>(), expected);
     }
@@ -308,7 +317,7 @@ mod tests {
 
     #[test]
     fn armature_without_travel_jumps() {
-        let driver = Driver { armature: Armature { opening_delay: 0.0, closing_delay: 0.0, travel: 0.0 }, ..DRIVER };
+        let driver = Driver { armature: armature(0.0, 0.0, 0.0), ..DRIVER };
         let found = course(driver, |_| 0.5, 0.06);
         assert_eq!(found.iter().map(|(_, [first, _])| *first).collect::<Vec<_>>(), [0.0, 1.0, 0.0]);
     }
@@ -317,8 +326,8 @@ mod tests {
     /// anything, in no period of a long run. A pause as long as the delay that no pulse ends is longer.
     #[test]
     fn pulse_or_pause_as_long_as_its_delay_does_nothing() {
-        let armature = Armature { opening_delay: 1e-3, closing_delay: 1e-3, travel: 4e-4 };
-        let driver = Driver { frequency: 100.0, armature };
+        let armature = armature(1e-3, 1e-3, 4e-4);
+        let driver = Driver { frequency: still(100.0), armature };
         for volts in [9.5, 0.5] {
             let duty: f64 = (volts - 5.0) / 5.0;
             let open = if duty > 0.0 { [1.0, 0.0] } else { [0.0, 1.0] };
@@ -345,8 +354,8 @@ mod tests {
         {
             let delay = f64::from(tenths) * 1e-4;
             let driver = |[opening_delay, closing_delay]: [f64; 2]| Driver {
-                frequency: *frequency,
-                armature: Armature { opening_delay, closing_delay, travel: 0.0 },
+                frequency: still(*frequency),
+                armature: armature(opening_delay, closing_delay, 0.0),
             };
             let end = 0.5 + 2.0 / frequency;
             let duty = |pulse: f64| ((5.0 + 5.0 * pulse) - 5.0) / 5.0;

@@ -116,6 +116,11 @@ mod tests {
         Port { conductance: Tunable::still(conductance), critical_ratio: Tunable::still(critical_ratio) }
     }
 
+    fn through(points: &[(f64, f64)]) -> MonotoneCurve {
+        let points: Vec<_> = points.iter().map(|(x, f)| (Tunable::still(*x), Tunable::still(*f))).collect();
+        MonotoneCurve::through(&points)
+    }
+
     #[test]
     fn edge_leaks_when_closed_and_is_full_at_full_travel() {
         let edges = Edges::new([port(4e-9, 0.3); 2], Tunable::still(0.002));
@@ -128,7 +133,7 @@ mod tests {
 
     #[test]
     fn pieces_end_at_the_corners_of_the_opening() {
-        let curve = MonotoneCurve::through(&[(0.1, 0.0), (0.5, 0.3), (1.0, 1.0)]);
+        let curve = through(&[(0.1, 0.0), (0.5, 0.3), (1.0, 1.0)]);
         let table = Opening::Table(Box::new([curve.clone(), curve]));
         for (opening, corners) in [(Opening::linear(Tunable::still(0.1)), vec![0.1, 1.0]), (table, vec![0.1, 1.0])] {
             for side in [1.0, -1.0] {
@@ -149,7 +154,7 @@ mod tests {
         let both = Edges::new(ports, Tunable::still(0.0)).flow(Pair(Real::all(&[1.0, 0.5])), gas(6e5), gas(4e5)).mass;
         let alone = |port: Port, opening: f64| {
             let gas = |pressure: f64| GasState::new(Real::of(pressure), Real::of(293.15));
-            Orifice::new(port.critical_ratio.value).flow(Real::of(opening) * port.conductance, gas(6e5), gas(4e5)).mass
+            Orifice::new(port.critical_ratio).flow(Real::of(opening) * port.conductance, gas(6e5), gas(4e5)).mass
         };
         assert_eq!(both, Pair([alone(ports[0], 1.0), alone(ports[1], 0.5)]));
     }
@@ -157,8 +162,8 @@ mod tests {
     /// Of a table that is the line itself; the two travels have a curve each.
     #[test]
     fn table_of_a_line_is_the_line() {
-        let line = MonotoneCurve::through(&[(0.08, 0.0), (0.5, 0.42 / 0.92), (1.0, 1.0)]);
-        let steep = MonotoneCurve::through(&[(0.0, 0.0), (0.5, 1.0)]);
+        let line = through(&[(0.08, 0.0), (0.5, 0.42 / 0.92), (1.0, 1.0)]);
+        let steep = through(&[(0.0, 0.0), (0.5, 1.0)]);
         let table = Opening::Table(Box::new([line, steep]));
         for spool in [-1.0, 0.0, 0.05, 0.1, 0.7, 1.0, 1.04] {
             let (Pair([found, other]), Pair([expected, _])) =

@@ -8,7 +8,7 @@ use std::f64::consts::{PI, TAU};
 use super::actuating::{Actuating, BEND_WEIGHT, Ports, SHORT, STATES, SUPPLY, VOLTAGE, simpson_middle};
 use super::gas::GasState;
 use super::orifice::{Inflow, edge_pieces};
-use crate::numbers::{Pair, Real, Scalar, Varying};
+use crate::numbers::{Pair, Real, Scalar, Tangent, Varying};
 use crate::outputs;
 use crate::system::{Led, Stride};
 use crate::variables::{ParameterError, Tunable, Variable, units};
@@ -30,7 +30,7 @@ pub struct Valve {
     /// The spool.
     pub spool: Spool,
     /// Half width of the play.
-    pub hysteresis: f64,
+    pub hysteresis: Tangent,
     /// +1: more than 5 V feeds chamber A; -1: chamber B.
     pub polarity: f64,
 }
@@ -39,14 +39,14 @@ pub struct Valve {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Spool {
     /// `wn^2` in 1/s2.
-    stiffness: f64,
+    stiffness: Tangent,
     /// `2*zeta*wn` in 1/s.
-    damping: f64,
+    damping: Tangent,
 }
 
 impl Spool {
     /// A spool with a natural frequency in Hz and a damping ratio `zeta`.
-    pub const fn new(bandwidth: f64, damping_ratio: f64) -> Self {
+    pub fn new(bandwidth: Tangent, damping_ratio: Tangent) -> Self {
         let natural = TAU * bandwidth;
         Self { stiffness: natural * natural, damping: 2.0 * damping_ratio * natural }
     }
@@ -58,22 +58,22 @@ impl Spool {
 
     /// The least time in s from one turning point to the next.
     fn shortest_way(&self) -> f64 {
-        PI / self.stiffness.sqrt()
+        PI / self.stiffness.value.sqrt()
     }
 
     /// How far from the set point it comes from a distance to it, and a velocity.
     fn reach(&self, distance: f64, velocity: f64) -> f64 {
-        (distance * distance + velocity * velocity / self.stiffness).sqrt()
+        (distance * distance + velocity * velocity / self.stiffness.value).sqrt()
     }
 
     /// Velocity and spool in a step towards a set point.
-    fn later<S: Scalar>(&self, [velocity, spool]: [S; 2], set_point: S, stride: &Stride) -> Led<[S; 2]> {
+    fn later<S: Varying>(&self, [velocity, spool]: [S; 2], set_point: S, stride: &Stride<S>) -> Led<[S; 2]> {
         let &Stride { size: step, half: [[a, b], [c, d]] } = stride;
         let moved = |[velocity, distance]: [S; 2]| [distance * c + velocity * d, distance * a + velocity * b];
         let distance = spool - set_point;
         let middle = moved([velocity, distance]);
         let [end_velocity, end] = moved(middle);
-        if (self.stiffness + self.damping * self.damping) * step * step < SHORT * SHORT {
+        if (self.stiffness + self.damping * self.damping).value * step * step < SHORT * SHORT {
             let placed = |[velocity, distance]: [S; 2]| [velocity, set_point + distance];
             return Led { middle: placed(middle), end: placed([end_velocity, end]), bend: [S::zero(); 2] };
         }
@@ -94,32 +94,40 @@ impl Spool {
     /// exp(-d*t)*| c + d*s     s     |   d = zeta*wn, w^2 = wn^2 - d^2
     ///           | -wn^2*s   c - d*s |   c = cos(w*t), s = sin(w*t)/w, or cosh and sinh where w^2 < 0
     /// ```
-    fn propagator(&self, time: f64) -> [[f64; 2]; 2] {
+    fn propagator<S: Scalar>(&self, time: f64) -> [[S; 2]; 2] {
         /// Beyond this the smaller of the two exponentials in a hyperbolic function is lost in rounding.
         const FAR: f64 = 20.0;
-        let decay = 0.5 * self.damping;
-        let square = self.stiffness - decay * decay;
+        let decay = S::along(0.5 * self.damping);
+        let square = S::along(self.stiffness) - decay * decay;
         let frequency = square.abs().sqrt();
         let angle = frequency * time;
-        let left = libm::exp(-decay * time);
-        let (c, s) = if square > 0.0 {
-            (left * libm::cos(angle), left * libm::sin(angle) / frequency)
-        } else if angle == 0.0 {
-            (left, left * time)
-        } else if angle < FAR {
-            (left * libm::cosh(angle), left * libm::sinh(angle) / frequency)
+        let left = (-decay * time).exp();
+        let (c, s) = if square.value() > 0.0 {
+            (left * angle.cos(), left * angle.sin() / frequency)
+        } else if angle.value() == 0.0 {
+            // `cos(w*t)` and `sin(w*t)/w` by the square of `w`, as it passes through 0.
+            let change = square * (time * time);
+            (left * (-change * 0.5 + 1.0), left * ((-change / 6.0 + 1.0) * time))
+        } else if angle.value() < FAR {
+            let [cosh, sinh] = [libm::cosh(angle.value()), libm::sinh(angle.value())];
+            (left * angle.chain(cosh, sinh), left * angle.chain(sinh, cosh) / frequency)
         } else {
-            let slow = 0.5 * libm::exp(angle - decay * time);
+            let slow = (angle - decay * time).exp() * 0.5;
             (slow, slow / frequency)
         };
-        [[c + decay * s, s], [-self.stiffness * s, c - decay * s]]
+        [[c + decay * s, s], [-(s * self.stiffness), c - decay * s]]
     }
 }
 
 impl Valve {
     /// The command at a voltage.
     pub fn command<S: Scalar>(&self, voltage: S) -> S {
-        ((voltage - self.centre) / 5.0).clamp(S::constant(-1.0), S::constant(1.0)) * self.polarity
+        self.unlimited(voltage).clamp(S::constant(-1.0), S::constant(1.0)) * self.polarity
+    }
+
+    /// The same beyond the range of the voltage, with any polarity.
+    fn unlimited<S: Scalar>(&self, voltage: S) -> S {
+        (voltage - self.centre) / 5.0
     }
 
     /// The play operator: where the command drags the spool's set point from where it was.
@@ -129,7 +137,7 @@ impl Valve {
     /// Its derivative is 1 while the command pushes (2 where the loop closes), also where it has just come to rest against
     /// the set point (the derivative of the side that was pushed), and 0 inside the play.
     pub fn play<S: Scalar>(&self, before: S, command: S) -> S {
-        let width = S::constant(self.hysteresis);
+        let width = S::along(self.hysteresis);
         let (low, high) = (command - width.min(-command + 1.0), command + width.min(command + 1.0));
         if low.value() >= before.value() {
             low
@@ -142,7 +150,7 @@ impl Valve {
 
     /// The set point a run starts with: the command, as far as the play around 0 reaches.
     pub fn initial_play<S: Scalar>(&self, command: S) -> S {
-        let width = S::constant(self.hysteresis);
+        let width = S::along(self.hysteresis);
         command.clamp(-width, width)
     }
 }
@@ -201,7 +209,7 @@ impl Actuating for ProportionalValve {
             polarity: f64::from(p.polarity),
         };
         let [supply, exhaust] = p.ports().map(|ports| Edges::new(ports, p.leakage));
-        Ok(Self { valve, opening: p.opening()?, supply, exhaust, bandwidth: p.bandwidth })
+        Ok(Self { valve, opening: p.opening()?, supply, exhaust, bandwidth: p.bandwidth.value })
     }
 
     fn computed() -> Vec<Variable> {
@@ -232,33 +240,51 @@ impl Actuating for ProportionalValve {
         [self.valve.spool.acceleration(self.set_point(voltage, S::held(*set_point)), spool, velocity), velocity]
     }
 
-    fn half(&self, step: f64) -> [[f64; STATES]; STATES] {
+    fn half<S: Varying>(&self, step: f64) -> [[S; STATES]; STATES] {
         self.valve.spool.propagator(0.5 * step)
     }
 
     #[inline(always)]
-    fn later<S: Varying>(&self, states: [S; STATES], _voltage: S, set_point: &S, stride: &Stride) -> Led<[S; STATES]> {
+    fn later<S: Varying>(
+        &self,
+        states: [S; STATES],
+        _voltage: S,
+        set_point: &S,
+        stride: &Stride<S>,
+    ) -> Led<[S; STATES]> {
         let led = self.valve.spool.later(states, *set_point, stride);
         let [_, spool] = led.bend;
         Led { bend: [S::zero(), spool * BEND_WEIGHT], ..led }
     }
 
     fn follow<S: Varying>(&self, voltage: S, set_point: &mut S) {
-        *set_point = self.set_point(voltage, *set_point);
+        let followed = self.set_point(voltage, *set_point);
+        let has_play = self.valve.hysteresis.is_used();
+        let rests = has_play && followed.value() == set_point.value();
+        // At an end of its range more of the voltage moves nothing, and nor does less where the play rests.
+        let command = self.valve.unlimited(voltage);
+        let is_at_end = command.value().abs() == 1.0 && command.slope() != 0.0;
+        *set_point = match (rests, is_at_end) {
+            (true, true) => *set_point,
+            // At the edge of the play more of the voltage drags the set point, and less does not.
+            (true, false) => followed.unless_tied(*set_point),
+            (false, true) => followed.unless_tied(S::of(followed.value())),
+            (false, false) => followed,
+        };
     }
 
     #[inline(always)]
     fn feed<S: Scalar>(&self, [_, spool]: [S; STATES], ports: &Ports<S>, gas: GasState<Pair<S>>) -> Inflow<Pair<S>> {
         let opening = self.opening.at(spool);
         let supply = ports.supply.at(Pair([ports.supply_pressure; 2]));
-        let exhaust = ports.exhaust.at(Pair([S::constant(ports.exhaust_pressure); 2]));
+        let exhaust = ports.exhaust.at(Pair([S::along(ports.exhaust_pressure); 2]));
         Inflow::from(self.supply.flow(opening, supply, gas))
             + Inflow::from(self.exhaust.flow(opening.swapped(), exhaust, gas))
     }
 
     #[inline(always)]
     fn piece(&self, [_, spool]: [f64; STATES], ports: &Ports<Real>, pressures: Pair<Real>) -> Pair<Real> {
-        edge_pieces([ports.supply_pressure, Real::of(ports.exhaust_pressure)], pressures)
+        edge_pieces([ports.supply_pressure, Real::along(ports.exhaust_pressure)], pressures)
             + self.opening.piece(spool).value * 16.0
     }
 
@@ -305,22 +331,28 @@ mod tests {
     use crate::numbers::Dual;
     use crate::variables::ParameterSet;
 
-    const VALVE: Valve =
-        Valve { centre: Tunable::still(5.0), spool: Spool::new(100.0, 0.7), hysteresis: 0.01, polarity: 1.0 };
+    fn spool(bandwidth: f64, damping_ratio: f64) -> Spool {
+        Spool::new(Tangent::still(bandwidth), Tangent::still(damping_ratio))
+    }
+
+    fn valve() -> Valve {
+        let hysteresis = Tangent::still(0.01);
+        Valve { centre: Tunable::still(5.0), spool: spool(100.0, 0.7), hysteresis, polarity: 1.0 }
+    }
 
     fn command(valve: &Valve, voltage: f64) -> f64 {
         valve.command(Real::of(voltage)).value
     }
 
     fn play(before: f64, command: f64) -> f64 {
-        VALVE.play(Real::of(before), Real::of(command)).value
+        valve().play(Real::of(before), Real::of(command)).value
     }
 
     #[test]
     fn command_saturates_at_the_ends_of_the_voltage_range() {
-        assert_eq!([-50.0, 0.0, 5.0, 7.5, 10.0, 1e9].map(|v| command(&VALVE, v)), [-1.0, -1.0, 0.0, 0.5, 1.0, 1.0]);
-        assert_eq!(command(&Valve { polarity: -1.0, ..VALVE }, 7.5), -0.5);
-        let low = Valve { centre: Tunable::still(5.25), ..VALVE };
+        assert_eq!([-50.0, 0.0, 5.0, 7.5, 10.0, 1e9].map(|v| command(&valve(), v)), [-1.0, -1.0, 0.0, 0.5, 1.0, 1.0]);
+        assert_eq!(command(&Valve { polarity: -1.0, ..valve() }, 7.5), -0.5);
+        let low = Valve { centre: Tunable::still(5.25), ..valve() };
         assert_eq!([5.0, 5.25, 10.0].map(|v| command(&low, v)), [-0.05, 0.0, 0.95]);
     }
 
@@ -334,7 +366,8 @@ mod tests {
     /// At rest against the play the derivative is that of the side that was pushed; inside the play it is 0.
     #[test]
     fn play_has_the_derivative_of_the_side_that_is_pushed() {
-        let slope = |before: f64, command: f64| VALVE.play(Dual::<1>::of(before), Dual::variable(command, 0)).slope[0];
+        let slope =
+            |before: f64, command: f64| valve().play(Dual::<1>::of(before), Dual::variable(command, 0)).slope[0];
         for command in [0.3, -0.4] {
             let followed = play(0.0, command);
             assert_eq!([slope(0.0, command), slope(followed, command)], [1.0, 1.0]);
@@ -355,7 +388,7 @@ mod tests {
     fn spool_towards_a_held_set_point_has_a_closed_form() {
         const STEPS: usize = 1000;
         for damping in [0.0, 0.7, 1.0, 1.0 + 1e-9, 5.0, 60.0] {
-            let spool = Spool::new(100.0, damping);
+            let spool = spool(100.0, damping);
             for step in [1e-3, 1e-2] {
                 let start = [40.0, -0.3];
                 let Led { middle, end, .. } = later(&spool, start, 0.2, step);
@@ -380,7 +413,7 @@ mod tests {
             }
         }
         let rest = Led { middle: [0.0, 0.2], end: [0.0, 0.2], bend: [0.0; 2] };
-        assert_eq!(later(&VALVE.spool, [0.0, 0.2], 0.2, 1e-3), rest);
+        assert_eq!(later(&valve().spool, [0.0, 0.2], 0.2, 1e-3), rest);
     }
 
     /// A spool that overshoots into the opening and comes back within a step, and one that does not get there.
@@ -403,7 +436,7 @@ mod tests {
     #[test]
     fn swing_of_the_spool_beyond_an_edge_is_noticed() {
         let mut valve = ProportionalValve::new(Parameters::read(&starts()).expect("legal")).expect("legal");
-        valve.valve.spool = Spool::new(100.0, 0.1);
+        valve.valve.spool = spool(100.0, 0.1);
         let (edge, start, period) = (0.08, [0.2 * TAU * 100.0, 0.0], 0.01 / (1.0f64 - 0.01).sqrt());
         let after = |time: f64| later(&valve.valve.spool, start, 0.0, time).end;
         let [end_velocity, end] = after(period);
@@ -452,7 +485,7 @@ mod tests {
     /// Without hysteresis the set point is the command, derivatives included.
     #[test]
     fn play_of_no_width_hands_on_the_command() {
-        let direct = Valve { hysteresis: 0.0, ..VALVE };
+        let direct = Valve { hysteresis: Tangent::still(0.0), ..valve() };
         let command = Dual::<1>::variable(0.2, 0);
         assert_eq!(direct.play(Dual::of(0.2), command), command);
     }

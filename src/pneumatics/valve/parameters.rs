@@ -3,7 +3,7 @@
 use super::edges::{Characteristic, Opening, Port};
 use crate::numbers::MonotoneCurve;
 use crate::parameters;
-use crate::variables::{ParameterError, Tunable, Variable, units};
+use crate::variables::{Fixed, ParameterError, Tunable, Variable, units};
 
 /// Points that a table of openings may have.
 const POINTS: usize = 11;
@@ -22,32 +22,32 @@ parameters! {
             .text("Dead zone (overlap) of the metering edges as a fraction of the spool travel; not with a table");
         leakage: Tunable = Variable::parameter(1027, "valve.leakage", units::ONE, 0.002).range(0.0, 1.0)
             .text("Opening of a closed metering edge as a fraction of the full opening");
-        bandwidth: f64 = Variable::parameter(1028, "valve.bandwidth", units::HERTZ, 115.0).range(0.1, 1e4)
+        bandwidth: Fixed = Variable::parameter(1028, "valve.bandwidth", units::HERTZ, 115.0).range(0.1, 1e4)
             .text("Natural frequency of the spool");
-        damping: f64 = Variable::parameter(1029, "valve.damping", units::ONE, std::f64::consts::FRAC_1_SQRT_2).range(0.01, 100.0)
+        damping: Fixed = Variable::parameter(1029, "valve.damping", units::ONE, std::f64::consts::FRAC_1_SQRT_2).range(0.01, 100.0)
             .text("Damping ratio of the spool");
-        hysteresis: f64 = Variable::parameter(1030, "valve.hysteresis", units::ONE, 0.004).range(0.0, 1.0)
+        hysteresis: Fixed = Variable::parameter(1030, "valve.hysteresis", units::ONE, 0.004).range(0.0, 1.0)
             .text("Half width of the play between command and spool set point; it closes towards full command");
         polarity: i32 = Variable::count(1031, "valve.polarity", 1).range(-1.0, 1.0)
             .text("1: more than 5 V feeds chamber A through the proportional valve; -1: chamber B. Other actuators have no polarity");
         offset: Tunable = Variable::parameter(1100, "valve.offset", units::VOLT, 0.0).range(-5.0, 5.0)
             .text("Electrical zero offset of the proportional valve, added to its voltage: it is closed at 5 V less the offset. Other actuators have none");
-        factor_supply_a: f64 = factor(1101, "PA", "from the supply to chamber A");
-        factor_supply_b: f64 = factor(1102, "PB", "from the supply to chamber B");
-        factor_exhaust_a: f64 = factor(1103, "AR", "from chamber A to the exhaust");
-        factor_exhaust_b: f64 = factor(1104, "BR", "from chamber B to the exhaust");
-        ratio_supply_a: f64 = ratio(1105, "PA", "from the supply to chamber A");
-        ratio_supply_b: f64 = ratio(1106, "PB", "from the supply to chamber B");
-        ratio_exhaust_a: f64 = ratio(1107, "AR", "from chamber A to the exhaust");
-        ratio_exhaust_b: f64 = ratio(1108, "BR", "from chamber B to the exhaust");
+        factor_supply_a: Fixed = factor(1101, "PA", "from the supply to chamber A");
+        factor_supply_b: Fixed = factor(1102, "PB", "from the supply to chamber B");
+        factor_exhaust_a: Fixed = factor(1103, "AR", "from chamber A to the exhaust");
+        factor_exhaust_b: Fixed = factor(1104, "BR", "from chamber B to the exhaust");
+        ratio_supply_a: Fixed = ratio(1105, "PA", "from the supply to chamber A");
+        ratio_supply_b: Fixed = ratio(1106, "PB", "from the supply to chamber B");
+        ratio_exhaust_a: Fixed = ratio(1107, "AR", "from chamber A to the exhaust");
+        ratio_exhaust_b: Fixed = ratio(1108, "BR", "from chamber B to the exhaust");
         characteristic: Characteristic = Variable::choice(1109, "valve.characteristic", Characteristic::Linear)
             .text("How the metering edges open with the spool");
         points_a: usize = points(1110, "A");
-        spool_a: [f64; POINTS] = spool(1111, "A");
-        opening_a: [f64; POINTS] = opening(1122, "A");
+        spool_a: [Fixed; POINTS] = spool(1111, "A");
+        opening_a: [Fixed; POINTS] = opening(1122, "A");
         points_b: usize = points(1140, "B");
-        spool_b: [f64; POINTS] = spool(1141, "B");
-        opening_b: [f64; POINTS] = opening(1152, "B");
+        spool_b: [Fixed; POINTS] = spool(1141, "B");
+        opening_b: [Fixed; POINTS] = opening(1152, "B");
     }
 }
 
@@ -88,9 +88,9 @@ fn opening(reference: u32, chamber: &str) -> [Variable; POINTS] {
 impl Parameters {
     /// The edges that feed the chambers A and B, and those that vent them.
     pub(super) fn ports(&self) -> [[Port; 2]; 2] {
-        let port = |factor: f64, ratio: f64| Port {
+        let port = |factor: Tunable, ratio: Tunable| Port {
             conductance: self.conductance * factor,
-            critical_ratio: if ratio < 0.0 { self.critical_ratio } else { Tunable::still(ratio) },
+            critical_ratio: if ratio < 0.0 { self.critical_ratio } else { ratio },
         };
         [
             [port(self.factor_supply_a, self.ratio_supply_a), port(self.factor_supply_b, self.ratio_supply_b)],
@@ -113,10 +113,11 @@ impl Parameters {
 }
 
 /// The curve through the points of a table.
-fn curve(chamber: &str, spool: &[f64], opening: &[f64]) -> Result<MonotoneCurve, ParameterError> {
+fn curve(chamber: &str, spools: &[Tunable], openings: &[Tunable]) -> Result<MonotoneCurve, ParameterError> {
     let refuse = |what: &str, place: usize, value: f64, least: String| {
         Err(ParameterError::new(&format!("valve.table{chamber}.{what}[{}]", place + 1), value, &least))
     };
+    let [spool, opening] = [spools, openings].map(|points| points.iter().map(|it| it.value).collect::<Vec<_>>());
     for place in 1..spool.len() {
         if spool[place] <= spool[place - 1] {
             return refuse(
@@ -131,6 +132,6 @@ fn curve(chamber: &str, spool: &[f64], opening: &[f64]) -> Result<MonotoneCurve,
             return refuse("opening", place, opening[place], least);
         }
     }
-    let points: Vec<(f64, f64)> = spool.iter().copied().zip(opening.iter().copied()).collect();
+    let points: Vec<_> = spools.iter().copied().zip(openings.iter().copied()).collect();
     Ok(MonotoneCurve::through(&points))
 }

@@ -1,6 +1,6 @@
 //! Events: found within a step, located, handled.
 
-use super::{Mark, Run, smallest_step};
+use super::{Run, smallest_step};
 use crate::numbers::Varying;
 use crate::solver::error::{Rejection, StepError};
 use crate::solver::event::{Bracket, Hermite, root};
@@ -37,6 +37,7 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
             Err(event) => return self.leave_limit(event, h, end),
         };
         let (at, end) = self.refine(event, bracket, guess, *end);
+        let end = if S::VARIES { self.at_event(at, end) } else { end };
         self.move_to(self.time + at, &end, false, Some(event));
         self.step = if self.settings.is_adaptive() { self.step.min(h) } else { self.settings.step };
         self.reach(event)
@@ -146,7 +147,7 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
         }
         let at = bracket.end();
         let there = path.at(at / h);
-        Some((at, array(|i| states[i].chain(there[i], 1.0))))
+        Some((at, array(|i| S::with(there[i], states[i].slope()))))
     }
 
     /// Switches at an event, or pauses before it.
@@ -159,14 +160,16 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
     }
 
     pub(super) fn switch(&mut self, event: usize) -> Result<(), StepError> {
-        self.mark(|| Mark::Switches(event));
         self.last_event = Some(event);
         let u = self.inputs_now();
         self.system.switch(event, self.now(), &mut self.x, &u, &mut self.memory);
         self.counters.events += 1;
         (self.is_linearised, self.arrived_with) = (false, None);
         let outcome = self.settle();
-        self.catch_up();
+        if S::VARIES {
+            self.look_for_infinite_slopes(event);
+            self.catch_up();
+        }
         outcome
     }
 

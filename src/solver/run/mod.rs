@@ -5,7 +5,6 @@ mod crossing;
 mod kink;
 mod step;
 mod strides;
-mod trail;
 mod varied;
 
 use nalgebra::SMatrix;
@@ -13,7 +12,6 @@ use serde::{Deserialize, Serialize};
 
 use self::choice::Choice;
 use self::strides::Strides;
-pub use self::trail::Mark;
 pub use self::varied::{Crossing, Lost};
 use super::balance::Balance;
 use super::error::StepError;
@@ -79,7 +77,7 @@ pub struct Run<H: System<U>, const N: usize, const U: usize, S: Varying = Real> 
     /// Whether the linearisation is that of the present states, memory and inputs.
     is_linearised: bool,
     /// What is known of the sizes of explicit steps.
-    strides: Strides,
+    strides: Strides<S>,
     /// Error of the step tried last.
     error: [S; N],
     /// Derivatives at the end of the explicit step tried last.
@@ -109,8 +107,10 @@ pub struct Run<H: System<U>, const N: usize, const U: usize, S: Varying = Real> 
     last_event: Option<usize>,
     /// Steps tried since the start of the communication step.
     attempts: u64,
-    /// What the run has done, for who asks for it.
-    trail: Option<Vec<Mark>>,
+    /// The states that were held before the event of numbers with slopes.
+    held: [bool; N],
+    /// Whether the inputs of numbers with slopes have jumped since the memory followed them.
+    jumped: bool,
     /// By how much the present instant, an event, comes later along the direction of numbers with slopes.
     late: f64,
     /// The largest slopes of the states so far.
@@ -172,7 +172,7 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
             counters: Counters::default(),
             linearisation: Linearisation { derivatives: [S::zero(); N], jacobian: SMatrix::zeros(), time_slopes: None },
             is_linearised: false,
-            strides: Strides::UNKNOWN,
+            strides: Strides::unknown(),
             error: [S::zero(); N],
             end_slope: [S::zero(); N],
             bend: [S::zero(); N],
@@ -187,7 +187,8 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
             pending: None,
             last_event: None,
             attempts: 0,
-            trail: None,
+            held: [false; N],
+            jumped: false,
             late: 0.0,
             peaks: [0.0; N],
             crossings: Vec::new(),
@@ -213,7 +214,7 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
     /// Exchanges the system for one with other parameters.
     pub fn replace_system(&mut self, system: H) {
         self.scales = system.scales();
-        (self.system, self.strides) = (system, Strides::UNKNOWN);
+        (self.system, self.strides) = (system, Strides::unknown());
         (self.is_linearised, self.arrived_with) = (false, None);
         (self.is_settled, self.indicators_hold) = (false, false);
     }
@@ -263,6 +264,10 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
         (self.is_linearised, self.arrived_with, self.leaving) = (false, None, None);
         (self.is_settled, self.indicators_hold) = (false, false);
         self.pending = pending.map(|event| event as usize);
+        if S::VARIES {
+            (self.late, self.peaks, self.jumped, self.lost) = (0.0, [0.0; N], false, None);
+            self.crossings.clear();
+        }
     }
 
     /// Sets the inputs and their slopes from now on.
@@ -273,6 +278,7 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
         if !is_same {
             let (before, held) = (self.inputs.at(self.time), self.is_settled || self.indicators_hold);
             self.indicators_hold = held && self.system.indicators_hold([&before, &values]);
+            self.jumped |= S::VARIES && (0..U).any(|i| values[i].value() != before[i].value());
         }
         self.is_linearised &= is_same;
         self.is_settled &= is_same;
@@ -318,7 +324,6 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
         self.last_event = None;
         if end > self.time {
             let duration = end - self.time;
-            self.mark(|| Mark::Begins(duration));
             if self.system.begin(duration, &self.inputs.at(self.time), &mut self.memory) {
                 self.is_linearised = false;
             }
@@ -343,7 +348,6 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
             }
         }
         if self.pending.is_none() {
-            self.mark(|| Mark::Arrives);
             self.system.arrive(S::of(self.time), &self.x, &self.inputs.at(self.time), &mut self.memory);
         }
         Ok(())
@@ -381,18 +385,22 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
         if let Some(event) = self.pending.take() {
             self.switch(event)?;
         }
-        self.mark(|| Mark::Follows);
         self.follow();
         if self.indicators_hold {
             (self.is_settled, self.indicators_hold) = (true, false);
+            self.jumped = false;
             return Ok(());
         }
-        self.settle()
+        let events = self.counters.events;
+        self.settle()?;
+        if S::VARIES && std::mem::take(&mut self.jumped) && self.counters.events == events {
+            self.look_for_limits();
+        }
+        Ok(())
     }
 
     /// Takes the sample of a time in s, which is now but for the tolerance of samples.
     fn sample(&mut self, time: f64) -> Result<(), StepError> {
-        self.mark(|| Mark::Samples(time));
         if S::VARIES {
             let due: Sample<S> = self.system.next_sample::<S>(&self.memory);
             self.postpone(due.time.slope());

@@ -149,7 +149,7 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
             };
             self.counters.jacobians += 1;
             self.linearisation.time_slopes =
-                (self.inputs.vary() || self.system.depends_on_time()).then(|| self.time_slopes(&u));
+                (self.inputs.vary() || self.system.depends_on_time()).then(|| self.time_slopes(self.time, &self.x, &u));
         } else {
             let (x, memory) = (&self.x, &self.memory);
             let before = self.arrived_with.take();
@@ -161,13 +161,13 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
     }
 
     /// Partial derivatives of the states' rates with respect to time, under inputs that vary with it.
-    fn time_slopes(&self, u: &[f64; U]) -> [f64; N] {
+    pub(super) fn time_slopes(&self, time: f64, x: &[S; N], u: &[f64; U]) -> [f64; N] {
         let mut inputs = [Dual::<1, S>::of(0.0); U];
-        let x: [Dual<1, S>; N] = array(|i| Dual::of(self.x[i].value()));
+        let x: [Dual<1, S>; N] = array(|i| Dual::of(x[i].value()));
         for (number, (value, slope)) in inputs.iter_mut().zip(u.iter().zip(self.inputs.slopes())) {
             *number = Dual::new(*value, [slope]);
         }
-        let rates = self.system.derivatives(Dual::variable(self.time, 0), &x, &inputs, &self.memory);
+        let rates = self.system.derivatives(Dual::variable(time, 0), &x, &inputs, &self.memory);
         array(|i| rates[i].slope[0])
     }
 
@@ -312,7 +312,6 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
         self.time = time;
         self.x = *end;
         self.counters.steps += 1;
-        self.mark_move(time, end);
         if knows_slope {
             self.linearisation.derivatives = self.end_slope;
         }

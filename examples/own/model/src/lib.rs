@@ -53,7 +53,7 @@ states! {
         Distance: 10, |_| 1.0;
         Velocity: V, |_| 1.0;
         Wheel: W, |_| 1.0;
-        Deflection: Z, |p| p.coulomb / p.stiffness;
+        Deflection: Z, |p| p.coulomb.value / p.stiffness.value;
     }
 }
 
@@ -83,17 +83,17 @@ outputs! {
 parameters! {
     /// The parameters.
     Parameters {
-        mass: f64 = Variable::parameter(1001, "mass", units::KILOGRAM, 300.0).range(1.0, 1e12).text("Mass on the wheel");
-        inertia: f64 = Variable::parameter(1002, "wheel.inertia", units::KILOGRAM_SQUARE_METRE, 1.0).range(1e-3, 1e12).text("Moment of inertia of the wheel");
-        radius: f64 = Variable::parameter(1003, "wheel.radius", units::METRE, 0.3).range(0.01, 10.0).text("Rolling radius R");
-        stiffness: f64 = Variable::parameter(1004, "tyre.sigma0", units::PER_METRE, 180.0).range(1.0, 1e6).text("Stiffness sigma0 of the bristles by normal load");
-        damping: f64 = Variable::parameter(1005, "tyre.sigma1", units::SECOND_PER_METRE, 0.8).range(0.0, 1e3).text("Damping sigma1 of the bristles by normal load");
-        viscous: f64 = Variable::parameter(1006, "tyre.sigma2", units::SECOND_PER_METRE, 0.002).range(0.0, 10.0).text("Viscous friction sigma2 by normal load");
-        coulomb: f64 = Variable::parameter(1007, "tyre.muC", units::ONE, 0.8).range(1e-3, 10.0).text("Friction coefficient mu_C of fast sliding");
-        statics: f64 = Variable::parameter(1008, "tyre.muS", units::ONE, 1.2).range(1e-3, 10.0).text("Friction coefficient mu_S of slow sliding");
-        stribeck: f64 = Variable::parameter(1009, "tyre.vS", units::METRE_PER_SECOND, 6.0).range(1e-3, 1e3).text("Stribeck velocity v_S");
-        velocity0: f64 = Variable::parameter(1010, "velocity0", units::METRE_PER_SECOND, 30.0).range(-1e3, 1e3).text("Initial velocity of the car");
-        slip0: f64 = Variable::parameter(1011, "slip0", units::ONE, 0.0).range(0.0, 1.0).text("Initial slip: 0 of a wheel that rolls freely, 1 of one that stands");
+        mass: Fixed = Variable::parameter(1001, "mass", units::KILOGRAM, 300.0).range(1.0, 1e12).text("Mass on the wheel");
+        inertia: Fixed = Variable::parameter(1002, "wheel.inertia", units::KILOGRAM_SQUARE_METRE, 1.0).range(1e-3, 1e12).text("Moment of inertia of the wheel");
+        radius: Fixed = Variable::parameter(1003, "wheel.radius", units::METRE, 0.3).range(0.01, 10.0).text("Rolling radius R");
+        stiffness: Fixed = Variable::parameter(1004, "tyre.sigma0", units::PER_METRE, 180.0).range(1.0, 1e6).text("Stiffness sigma0 of the bristles by normal load");
+        damping: Fixed = Variable::parameter(1005, "tyre.sigma1", units::SECOND_PER_METRE, 0.8).range(0.0, 1e3).text("Damping sigma1 of the bristles by normal load");
+        viscous: Fixed = Variable::parameter(1006, "tyre.sigma2", units::SECOND_PER_METRE, 0.002).range(0.0, 10.0).text("Viscous friction sigma2 by normal load");
+        coulomb: Fixed = Variable::parameter(1007, "tyre.muC", units::ONE, 0.8).range(1e-3, 10.0).text("Friction coefficient mu_C of fast sliding");
+        statics: Fixed = Variable::parameter(1008, "tyre.muS", units::ONE, 1.2).range(1e-3, 10.0).text("Friction coefficient mu_S of slow sliding");
+        stribeck: Fixed = Variable::parameter(1009, "tyre.vS", units::METRE_PER_SECOND, 6.0).range(1e-3, 1e3).text("Stribeck velocity v_S");
+        velocity0: Fixed = Variable::parameter(1010, "velocity0", units::METRE_PER_SECOND, 30.0).range(-1e3, 1e3).text("Initial velocity of the car");
+        slip0: Fixed = Variable::parameter(1011, "slip0", units::ONE, 0.0).range(0.0, 1.0).text("Initial slip: 0 of a wheel that rolls freely, 1 of one that stands");
     }
 }
 
@@ -141,9 +141,9 @@ impl System<2> for QuarterCar {
 
     fn new(values: &mut Values) -> Result<Self, ParameterError> {
         let p: Parameters = values.read()?;
-        if p.statics < p.coulomb {
-            let reason = format!("it must not be below tyre.muC = {}", p.coulomb);
-            return Err(ParameterError::new("tyre.muS", p.statics, &reason));
+        if p.statics.value < p.coulomb.value {
+            let reason = format!("it must not be below tyre.muC = {}", p.coulomb.value);
+            return Err(ParameterError::new("tyre.muS", p.statics.value, &reason));
         }
         Ok(Self(p))
     }
@@ -153,10 +153,11 @@ impl System<2> for QuarterCar {
     }
 
     fn start<S: Varying, const N: usize>(&self, _u: &[S; 2]) -> ([S; N], i32) {
-        let (mut x, wheel) = ([S::zero(); N], (1.0 - self.0.slip0) * self.0.velocity0 / self.0.radius);
-        State::Velocity.set(&mut x, S::constant(self.0.velocity0));
-        State::Wheel.set(&mut x, S::constant(wheel));
-        (x, sign(wheel) as i32)
+        let (mut x, p) = ([S::zero(); N], &self.0);
+        let wheel = S::along((1.0 - p.slip0) * p.velocity0 / p.radius);
+        State::Velocity.set(&mut x, S::along(p.velocity0));
+        State::Wheel.set(&mut x, wheel);
+        (x, sign(wheel.value()) as i32)
     }
 
     fn derivatives<S: Scalar, const N: usize>(&self, _time: S, x: &[S; N], u: &[S; 2], side: &i32) -> [S; N] {

@@ -10,11 +10,11 @@ use pneumatic_servo::system::{Led, Stride};
 parameters! {
     /// The parameters of [`ValvePair`].
     Parameters {
-        conductance: f64 = Variable::parameter(40_001, "valvePair.C", units::CUBIC_METRE_PER_SECOND_PASCAL, 4e-9)
+        conductance: Fixed = Variable::parameter(40_001, "valvePair.C", units::CUBIC_METRE_PER_SECOND_PASCAL, 4e-9)
             .range(1e-13, 1e-5).shown_in("dm3/(s.bar)").text("Sonic conductance of a fully open valve, either way");
-        critical_ratio: f64 = Variable::parameter(40_002, "valvePair.b", units::ONE, 0.3).range(0.0, 0.99)
+        critical_ratio: Fixed = Variable::parameter(40_002, "valvePair.b", units::ONE, 0.3).range(0.0, 0.99)
             .text("Critical pressure ratio of the valves");
-        time_constant: f64 = Variable::parameter(40_003, "valvePair.tau", units::SECOND, 0.005).range(1e-5, 10.0)
+        time_constant: Fixed = Variable::parameter(40_003, "valvePair.tau", units::SECOND, 0.005).range(1e-5, 10.0)
             .shown_in("ms").text("Time constant of the spools");
     }
 }
@@ -44,9 +44,9 @@ outputs! {
 /// ```
 #[derive(Clone, Debug)]
 pub struct ValvePair {
-    conductance: f64,
+    conductance: Tunable,
     orifice: Orifice,
-    time_constant: f64,
+    time_constant: Tunable,
 }
 
 impl ValvePair {
@@ -101,21 +101,21 @@ impl Actuating for ValvePair {
         [(to_a - a) / self.time_constant, (to_b - b) / self.time_constant]
     }
 
-    fn half(&self, step: f64) -> [[f64; STATES]; STATES] {
-        let left = Real::of(-0.5 * step / self.time_constant).exp().value;
-        [[left, 0.0], [0.0, left]]
+    fn half<S: Varying>(&self, step: f64) -> [[S; STATES]; STATES] {
+        let left = S::along(-0.5 * step / self.time_constant).exp();
+        [[left, S::zero()], [S::zero(), left]]
     }
 
-    fn later<S: Varying>(&self, spools: [S; STATES], voltage: S, _memory: &(), stride: &Stride) -> Led<[S; STATES]> {
+    fn later<S: Varying>(&self, spools: [S; STATES], voltage: S, _memory: &(), stride: &Stride<S>) -> Led<[S; STATES]> {
         let commands = Self::commands(voltage);
         let left = stride.half[0][0];
-        let towards = |left: f64| [0, 1].map(|side| commands[side] + (spools[side] - commands[side]) * left);
+        let towards = |left: S| [0, 1].map(|side| commands[side] + (spools[side] - commands[side]) * left);
         Led { middle: towards(left), end: towards(left * left), bend: [S::zero(); STATES] }
     }
 
     fn feed<S: Scalar>(&self, spools: [S; STATES], ports: &Ports<S>, gas: GasState<Pair<S>>) -> Inflow<Pair<S>> {
         let open = Pair(spools.map(|spool| (-spool).max(S::zero()) * self.conductance));
-        let exhaust = ports.exhaust.at(Pair([S::constant(ports.exhaust_pressure); 2]));
+        let exhaust = ports.exhaust.at(Pair([S::along(ports.exhaust_pressure); 2]));
         self.supplied(spools, ports, gas) + Inflow::from(self.orifice.flow(open, exhaust, gas))
     }
 
@@ -124,7 +124,7 @@ impl Actuating for ValvePair {
     }
 
     fn piece(&self, spools: [f64; STATES], ports: &Ports<Real>, pressures: Pair<Real>) -> Pair<Real> {
-        edge_pieces([ports.supply_pressure, Real::of(ports.exhaust_pressure)], pressures)
+        edge_pieces([ports.supply_pressure, Real::along(ports.exhaust_pressure)], pressures)
             + is_above(Pair(Real::all(&spools)), Pair::zero()) * 16.0
     }
 

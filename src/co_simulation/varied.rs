@@ -1,0 +1,217 @@
+//! Runs of equations in numbers with slopes.
+
+use std::sync::Arc;
+
+use crate::numbers::{Real, Scalar, Tangent};
+use crate::sensitivity::{Along, Crossing, NoDerivative, Varied};
+use crate::session::{Seeds, Snapshot, SnapshotError, Start, build};
+use crate::solver::{self, Progress, Run, Settings, StepError};
+use crate::system::{Kept, System, are_alike, kept, shared_table, varied};
+use crate::variables::Table;
+
+/// A model's equations in motion, in numbers with slopes in one direction.
+pub struct VariedRun<E: System<U>, const N: usize, const U: usize> {
+    run: Box<Run<E, N, U, Tangent>>,
+    table: Arc<Table>,
+    /// Slopes of the inputs.
+    seeds: [f64; U],
+    /// Clock of the host in s at the start.
+    start: f64,
+    lost: Option<NoDerivative>,
+    /// The memory before it followed the inputs of the step that is to be made.
+    before: E::Memory<Tangent>,
+}
+
+/// Share of its magnitude by which a direction is followed to see whether the run begins in another mode there.
+const BESIDE: f64 = 1e-7;
+
+impl<E: System<U>, const N: usize, const U: usize> VariedRun<E, N, U> {
+    /// A run from its start, which varies with what the seeds say.
+    #[inline(never)]
+    pub fn new(equations: E, settings: Settings, start: &Start) -> Self {
+        let Seeds { inputs: seeds, .. } = start.seeds;
+        let seeds = std::array::from_fn(|i| seeds.get(i).copied().unwrap_or_default());
+        let u = std::array::from_fn(|i| Tangent { value: start.inputs[i], slope: seeds[i] });
+        let begin: Box<([Tangent; N], E::Memory<Tangent>)> = Box::new(equations.start(&u));
+        let before = begin.1.clone();
+        let run = Run::boxed(equations, settings, begin, u);
+        let table = shared_table::<E, U>();
+        let differ = begins_otherwise::<E, N, U>(&table, start, &seeds);
+        let lost = differ.then(|| NoDerivative {
+            time: start.time,
+            event: "the start".to_owned(),
+            reason: "the modes differ from one side of it to the other".to_owned(),
+        });
+        Self { run, table, seeds, start: start.time, lost, before }
+    }
+
+    /// Makes a step, and finds out why slopes are lost in it.
+    fn go(&mut self, end: f64) -> Result<(), StepError> {
+        let begin = self.run.time();
+        if self.lost.is_none() {
+            self.before.clone_from(self.run.state().1);
+        }
+        let outcome = self.run.advance(end);
+        if self.lost.is_none() {
+            self.lost = self.run.lost().map(|lost| NoDerivative {
+                time: self.start + lost.time,
+                event: self.run.system().event_name(lost.event).to_owned(),
+                reason: lost.reason.clone(),
+            });
+        }
+        if self.lost.is_none() && self.run.state().0.iter().any(|state| state.slope.is_nan()) {
+            self.lost = Some(self.tied(begin).unwrap_or_else(|| self.depends_on_nothing("the equations")));
+        }
+        outcome.map_err(|error| error.later(self.start))
+    }
+
+    /// Why what follows an input has no slope from the begin of a step on: more of the input does something else than less.
+    fn tied(&self, begin: f64) -> Option<NoDerivative> {
+        /// A slope that nothing else has.
+        const OWN: f64 = 0.723_161;
+        let (system, u) = (self.run.system(), self.run.inputs().0);
+        let x = self.run.state().0.map(|state| Tangent::still(state.value));
+        let (time, before) = (Tangent::still(begin), kept(&self.before));
+        let follows = |input: usize| {
+            let u = std::array::from_fn(|i| Tangent { value: u[i].value, slope: if i == input { OWN } else { 0.0 } });
+            let mut memory = self.before.clone();
+            system.follow(time, &x, &u, &mut memory);
+            kept(&memory).iter().zip(&before).any(|(now, before)| now.slope.is_nan() && !before.slope.is_nan())
+        };
+        let input = (0..U).find(|input| follows(*input))?;
+        let event = self.table.inputs().nth(input)?.name.clone();
+        Some(NoDerivative {
+            time: self.start + begin,
+            event,
+            reason: "more of it does something else than less".to_owned(),
+        })
+    }
+
+    fn depends_on_nothing(&self, event: &str) -> NoDerivative {
+        NoDerivative {
+            time: self.start + self.run.time(),
+            event: event.to_owned(),
+            reason: "they depend on a number of the memory that has no slope".to_owned(),
+        }
+    }
+
+    /// Why there is no derivative by a state: the mode is exactly at its limit, to one side of which it ends.
+    fn at_a_limit(&self) -> Option<NoDerivative> {
+        let indicators = self.run.indicators();
+        let event = indicators.as_ref().iter().position(|it| it.value == 0.0 && it.slope != 0.0)?;
+        Some(NoDerivative {
+            time: self.start + self.run.time(),
+            event: self.run.system().event_name(event).to_owned(),
+            reason: "the modes differ from one side of it to the other".to_owned(),
+        })
+    }
+}
+
+/// Whether a run begins in another mode a little to one side of the present parameters and inputs.
+fn begins_otherwise<E: System<U>, const N: usize, const U: usize>(
+    table: &Table,
+    start: &Start,
+    seeds: &[f64; U],
+) -> bool {
+    let memory = |share: f64| {
+        let magnitude = |value: f64, typical: f64| if value == 0.0 { typical } else { value.abs() };
+        let moved = |(place, value): (usize, &f64)| match start.seeds.parameters.get(place) {
+            Some(seed) if *seed != 0.0 => {
+                let typical = table.parameters().nth(place).map_or(1.0, |it| it.nominal.or(it.start).unwrap_or(1.0));
+                value + share * magnitude(*value, if typical == 0.0 { 1.0 } else { typical })
+            }
+            _ => *value,
+        };
+        let parameters: Vec<f64> = start.parameters.iter().enumerate().map(moved).collect();
+        let is_legal = table.parameters().zip(&parameters).all(|(variable, value)| variable.check(*value).is_ok());
+        let start = Start { parameters: &parameters, seeds: Seeds::NONE, ..*start };
+        let (equations, _) = build::<E, U>(&start).ok().filter(|_| is_legal)?;
+        let u = std::array::from_fn(|i| {
+            let value = start.inputs[i];
+            Real::of(if seeds[i] == 0.0 { value } else { value + share * magnitude(value, 1.0) })
+        });
+        Some(equations.start::<Real, N>(&u).1)
+    };
+    let Some(here) = memory(0.0) else { return false };
+    [BESIDE, -BESIDE].into_iter().filter_map(memory).any(|beside| !are_alike(&here, &beside))
+}
+
+impl<E: System<U>, const N: usize, const U: usize> Varied for VariedRun<E, N, U> {
+    fn place(&mut self, snapshot: &Snapshot, along: Along) -> Result<(), SnapshotError> {
+        let here = self.run.state().0.map(Tangent::value);
+        let (states, (memory, progress, start)) =
+            snapshot.read::<E, (Box<E::Memory<Real>>, Progress, f64), N, U>(self.run.system(), &here)?;
+        let number = |state: usize| {
+            self.table.states().nth(state).and_then(|reference| self.run.system().state_at(reference, N))
+        };
+        let moved = if let Along::State(state) = along { number(state) } else { None };
+        let slope = |place: usize| if moved == Some(place) { 1.0 } else { 0.0 };
+        let x = std::array::from_fn(|i| Tangent { value: states[i], slope: slope(i) });
+        let mut memory = varied(&*memory, |place| if along == Along::Memory(place) { 1.0 } else { 0.0 });
+        self.run.restore(x, &mut memory, progress);
+        self.seeds = std::array::from_fn(|i| if along == Along::Input(i) { 1.0 } else { 0.0 });
+        (self.start, self.lost) = (start, None);
+        if moved.is_some() {
+            self.lost = self.at_a_limit();
+        }
+        Ok(())
+    }
+
+    fn set_inputs(&mut self, values: &[f64], slopes: &[f64]) {
+        let u = std::array::from_fn(|i| Tangent { value: values[i], slope: self.seeds[i] });
+        self.run.set_inputs(u, std::array::from_fn(|i| slopes[i]));
+    }
+
+    fn advance(&mut self, end: f64) -> Result<(), StepError> {
+        self.go(end - self.start)
+    }
+
+    fn step(&mut self, size: f64) -> Result<(), StepError> {
+        self.go(self.run.time() + size)
+    }
+
+    fn outputs(&self, slopes: &mut [f64]) -> Result<(), NoDerivative> {
+        if let Some(lost) = &self.lost {
+            return Err(lost.clone());
+        }
+        let mut computed = vec![Tangent::still(0.0); slopes.len()];
+        let (system, time, u) = (self.run.system(), Tangent::still(self.run.time()), self.run.inputs().0);
+        self.run.consistent(|x, memory| {
+            system.outputs(time, x, &u, memory, &mut computed);
+            let is_lost = || {
+                let rounded = system.rounded();
+                kept(memory).iter().any(|it| it.slope.is_nan() && !rounded.contains(&it.name))
+            };
+            if computed.iter().any(|it| it.slope.is_nan()) && is_lost() {
+                return Err(self.depends_on_nothing("the computed variables"));
+            }
+            Ok(())
+        })?;
+        slopes.iter_mut().zip(computed).for_each(|(slot, number)| *slot = number.slope);
+        Ok(())
+    }
+
+    fn state(&self, state: usize) -> f64 {
+        let place = self.table.states().nth(state).and_then(|reference| self.run.system().state_at(reference, N));
+        place.map_or(0.0, |place| self.run.state().0[place].slope)
+    }
+
+    fn memory(&self) -> Vec<Kept> {
+        kept(self.run.state().1)
+    }
+
+    fn crossings(&self) -> Vec<Crossing> {
+        let system = self.run.system();
+        let told = |it: &solver::Crossing| Crossing {
+            time: it.time,
+            event: system.event_name(it.event),
+            rate: it.rate,
+            delays: vec![it.delay],
+        };
+        self.run.crossings().iter().map(told).collect()
+    }
+
+    fn lost(&self) -> Option<&NoDerivative> {
+        self.lost.as_ref()
+    }
+}
