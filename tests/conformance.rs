@@ -116,22 +116,22 @@ fn moved(law: &str) -> Setup {
 #[test]
 fn lost_slope_by_a_parameter_is_named() {
     let said = refusal(|| slopes(&moved("Lost"))).unwrap_or_default();
-    assert!(said.contains("d frictionForce / d friction.lost.b = 0, not one of"), "{said}");
+    assert!(said.contains("the derivative of frictionForce by friction.lost.b is 0, and"), "{said}");
     assert_eq!(refusal(|| slopes(&moved("Kept"))), None);
 }
 
 #[test]
 fn lost_slope_by_the_velocity_is_found_in_law_and_model() {
     let said = refusal(|| law::derivatives::<catalogue::Friction>("Blind")).unwrap_or_default();
-    assert!(said.starts_with("Blind: d[0]/d[0] is"), "{said}");
+    assert!(said.starts_with("Blind: the derivative of the friction force by velocity is 0"), "{said}");
     let said = refusal(|| slopes(&moved("Blind"))).unwrap_or_default();
-    assert!(said.contains("d frictionForce / d driveVelocity = 0, not one of"), "{said}");
+    assert!(said.contains("the derivative of frictionForce by driveVelocity is 0, and"), "{said}");
 }
 
 #[test]
 fn law_that_drives_is_neither_odd_nor_passive() {
     let said = refusal(|| law::mirrored::<catalogue::Friction>("Driving")).unwrap_or_default();
-    assert!(said.starts_with("Driving PrescribedMotion: "), "{said}");
+    assert!(said.starts_with("Driving in the drive PrescribedMotion: "), "{said}");
     let said = refusal(|| passive(&moved("Driving"), 1e-12)).unwrap_or_default();
     assert!(said.contains("J given back"), "{said}");
     assert_eq!(refusal(|| repeats(&moved("Driving"), 0.1)), None);
@@ -140,7 +140,7 @@ fn law_that_drives_is_neither_odd_nor_passive() {
 #[test]
 fn change_of_a_force_that_is_not_told_is_found() {
     let said = refusal(|| law::unchanged::<catalogue::Friction>("Silent")).unwrap_or_default();
-    assert!(said.contains("Silent says that its force has not changed from"), "{said}");
+    assert!(said.contains("Silent says that force and rates have not changed"), "{said}");
     assert_eq!(refusal(|| law::unchanged::<catalogue::Friction>("Driving")), None);
 }
 
