@@ -133,7 +133,7 @@ fn law_that_drives_is_neither_odd_nor_passive() {
     let said = refusal(|| law::mirrored::<catalogue::Friction>("Driving")).unwrap_or_default();
     assert!(said.starts_with("Driving in the drive PrescribedMotion: "), "{said}");
     let said = refusal(|| passive(&moved("Driving"), 1e-12)).unwrap_or_default();
-    assert!(said.contains("J given back"), "{said}");
+    assert!(said.contains("friction gives back"), "{said}");
     assert_eq!(refusal(|| repeats(&moved("Driving"), 0.1)), None);
 }
 
