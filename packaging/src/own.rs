@@ -5,7 +5,10 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use anyhow::{Context, Result, ensure};
+use pneumatic_servo::conformance::undeclared_dependencies;
 use pneumatic_servo::model::{Model, Setup};
+use pneumatic_servo::models;
+use pneumatic_servo::variables::{Kind, Variable};
 
 use crate::build::wasm;
 use crate::commands::LoopOptions;
@@ -138,8 +141,9 @@ fn run(of: &Crate, package: &Package) -> Result<()> {
     package.run(&workspace)
 }
 
-/// Refuses a model that says nothing of itself, does not start with its defaults, or whose default experiment is none. The
-/// checks of `pneumatic_servo::conformance` are for the tests of the crate.
+/// Refuses a model that says nothing of itself, does not start with its defaults, whose default experiment is none, or whose
+/// equations depend on more than its table says, which would be the structure in the description. The other checks of
+/// `pneumatic_servo::conformance` are for the tests of the crate.
 fn ensure_sound(model: &'static Model) -> Result<()> {
     let name = model.name;
     ensure!(!model.description.is_empty(), "{name} has no description");
@@ -147,7 +151,41 @@ fn ensure_sound(model: &'static Model) -> Result<()> {
     drop(started);
     let problems = model.experiment.problems(model.table());
     ensure!(problems.is_empty(), "{name}: {}", problems.join("; "));
+    ensure_structure(name, &Setup::new(model))?;
+    for (choice, item) in own_items(model) {
+        let chosen = Setup::new(model).set(&choice.name, item)?;
+        // An item may need other parameters than the defaults; it is refused where it is chosen.
+        if chosen.start(0.0).is_ok() {
+            ensure_structure(&format!("{name} with {} = {item}", choice.name), &chosen)?;
+        }
+    }
     Ok(())
+}
+
+/// Refuses variables that depend on what they do not declare.
+fn ensure_structure(name: &str, setup: &Setup) -> Result<()> {
+    let missing = undeclared_dependencies(setup).with_context(|| name.to_owned())?;
+    ensure!(
+        missing.is_empty(),
+        "{name}: `depends_on` or `couples_states` does not declare that these depend on each other: {}",
+        missing.join(", ")
+    );
+    Ok(())
+}
+
+/// The items of choices that no model of the library has, such as friction laws of one's own.
+fn own_items(model: &'static Model) -> impl Iterator<Item = (&'static Variable, &'static str)> {
+    let choices = |model: &'static Model| {
+        model.table().parameters().filter_map(|variable| match variable.kind {
+            Kind::Enumeration(of) => Some((variable, of)),
+            _ => None,
+        })
+    };
+    let items = choices(model).flat_map(|(variable, of)| of.items.iter().map(move |item| (variable, of.name, item)));
+    let is_known = move |of: &str, item| {
+        models::ALL.iter().flat_map(choices).any(|(_, other)| other.name == of && other.items.contains(item))
+    };
+    items.filter(move |(_, of, item)| !is_known(of, item)).map(|(variable, _, (_, item, _))| (variable, *item))
 }
 
 fn around(of: &Crate) -> Result<Workspace> {
@@ -169,7 +207,8 @@ mod tests {
 
     use cargo_metadata::{DependencyKind, MetadataCommand, Target, TargetKind};
     use pneumatic_servo::model::{Experiment, Functions};
-    use pneumatic_servo::models::position_controller;
+    use pneumatic_servo::models::{friction_bench, position_controller};
+    use pneumatic_servo::prelude::*;
     use pneumatic_servo::variables::ParameterError;
 
     use super::*;
@@ -196,6 +235,53 @@ mod tests {
             let problem = ensure_sound(model).map_or_else(|problem| format!("{problem:#}"), |()| String::new());
             assert!(problem.contains(expected), "{problem}");
         }
+    }
+
+    parameters! {
+        /// Two elements in a row, whose law keeps quiet about it.
+        Coupled {
+            stiffness: Tunable = Variable::parameter(0, "k", units::NEWTON_PER_METRE, 1e4).text("Stiffness");
+        }
+    }
+
+    impl FrictionLaw for Coupled {
+        type Memory<S: Varying> = ();
+
+        fn states(&self) -> usize {
+            2
+        }
+
+        fn state_kind(&self) -> StateKind {
+            StateKind::Force
+        }
+
+        fn start<S: Varying>(&self, _contact: &Contact<S>) {}
+
+        fn force<S: Scalar>(&self, contact: &Contact<S>, f: &[S], _memory: &(), rates: &mut [S]) -> S {
+            rates[0] = contact.velocity * self.stiffness - f[0];
+            rates[1] = f[0] - f[1];
+            f[1]
+        }
+    }
+
+    laws! {
+        /// The law beside those of the library.
+        mod catalogue {
+            ..builtin;
+            1000 Coupled "coupled" Coupled, "Two elements in a row";
+        }
+    }
+
+    /// Under a law that is not the default, too, before anything is built.
+    #[test]
+    fn laws_that_depend_on_more_than_the_table_says_are_refused() {
+        static BENCH: Model = friction_bench::model::<catalogue::Friction>();
+        let items: Vec<_> = own_items(&BENCH).map(|(variable, item)| (variable.name.as_str(), item)).collect();
+        assert_eq!(items, [("friction.law", "Coupled")]);
+        let problem = ensure_sound(&BENCH).map_or_else(|problem| format!("{problem:#}"), |()| String::new());
+        let expected = "FrictionBench with friction.law = Coupled";
+        let pair = "der(friction.elementForce[2]) on friction.elementForce[1]";
+        assert!(problem.contains(expected) && problem.contains(pair), "{problem}");
     }
 
     /// What is downloaded, of a lock file: names with versions.

@@ -6,7 +6,8 @@ use std::f64::consts::TAU;
 use super::{duration, moved, started, told, within};
 use crate::co_simulation::{Direction, Simulation};
 use crate::model::Setup;
-use crate::variables::{Kind, Table, Variable};
+use crate::solver::StepError;
+use crate::variables::{Kind, ParameterError, Table, Variable};
 
 /// Pairs of value references: a computed variable, and a known on which it depends.
 type Pairs = BTreeSet<(u32, u32)>;
@@ -35,18 +36,37 @@ pub fn dependencies(settings: &[Setup]) {
 /// # Panics
 /// When one of them is not declared.
 pub fn found_dependencies(setup: &Setup) -> Pairs {
-    let table = setup.table();
-    let (mut found, mut run, duration) = (Pairs::new(), started(setup), duration(setup));
-    for look in 0..7 {
-        let inputs = moved(setup, (TAU * f64::from(look) / 6.0).sin());
-        by_differences(table, run.as_mut(), &inputs, &mut found);
-        by_derivatives(table, run.as_ref(), &mut found);
-        let end = duration * f64::from(look + 1) / 7.0;
-        run.advance(end).unwrap_or_else(|error| panic!("{}: {error}", told(setup)));
-    }
-    let missing = names(table, found.difference(&declared(table)).copied());
+    let mut found = Pairs::new();
+    find(setup, started(setup).as_mut(), &mut found).unwrap_or_else(|error| panic!("{}: {error}", told(setup)));
+    let missing = undeclared(setup.table(), &found);
     assert!(missing.is_empty(), "{}: not declared by `depends_on`: {missing:#?}", told(setup));
     found
+}
+
+/// What is found and not declared, as `der(velocity) on pressure`. A run that fails counts as far as it comes.
+///
+/// # Errors
+/// [`ParameterError`] when the parameters do not fit together.
+pub fn undeclared_dependencies(setup: &Setup) -> Result<Vec<String>, ParameterError> {
+    let (mut found, mut run) = (Pairs::new(), setup.simulation(0.0)?);
+    find(setup, run.as_mut(), &mut found).ok();
+    Ok(undeclared(setup.table(), &found))
+}
+
+/// Adds what seven looks find in a run.
+fn find(setup: &Setup, run: &mut dyn Simulation, found: &mut Pairs) -> Result<(), StepError> {
+    let (table, duration) = (setup.table(), duration(setup));
+    for look in 0..7 {
+        let inputs = moved(setup, (TAU * f64::from(look) / 6.0).sin());
+        by_differences(table, run, &inputs, found);
+        by_derivatives(table, run, found);
+        run.advance(duration * f64::from(look + 1) / 7.0)?;
+    }
+    Ok(())
+}
+
+fn undeclared(table: &Table, found: &Pairs) -> Vec<String> {
+    names(table, found.difference(&declared(table)).copied())
 }
 
 fn declared(table: &Table) -> Pairs {

@@ -34,7 +34,7 @@ mod runs;
 mod slopes;
 mod ways;
 
-pub use self::dependencies::{dependencies, found_dependencies};
+pub use self::dependencies::{dependencies, found_dependencies, undeclared_dependencies};
 use self::experiment::experiment;
 pub use self::host::Host;
 pub use self::law::{Claims, law};
