@@ -16,6 +16,7 @@ from importlib.metadata import version as _version
 from importlib.util import find_spec as _find_spec
 from typing import TYPE_CHECKING as _TYPE_CHECKING
 
+from pneumatic_servo import _own as _own
 from pneumatic_servo.bundled import fmus, parameter_sets
 from pneumatic_servo.comparison import Comparison
 from pneumatic_servo.data_sheet import DataSheet

@@ -2,6 +2,8 @@
 //!
 //! It knows variable tables and runs, no physics; what users see, with units and shapes, is the Python package around
 //! it. The interpreter's lock is released while plants run.
+//!
+//! [`python_module!`] makes such a module of a crate of one's own, with its models in place of those of the library.
 
 mod abreast;
 mod failure;
@@ -9,6 +11,7 @@ mod fleet;
 mod gradient;
 mod many;
 mod model;
+mod own;
 mod recording;
 mod signal;
 mod simulation;
@@ -20,33 +23,34 @@ mod transition;
 mod value;
 mod watch;
 
-#[pyo3::pymodule]
-mod _native {
-    use numpy::PyArray1;
-    use pyo3::prelude::*;
+use numpy::PyArray1;
+pub use own::serve;
+#[doc(hidden)]
+pub use pneumatic_servo::model::Model;
+#[doc(hidden)]
+pub use pyo3;
+use pyo3::prelude::*;
 
-    #[pymodule_export]
-    use crate::abreast::transitions;
-    #[pymodule_export]
-    use crate::fleet::Fleet;
-    #[pymodule_export]
-    use crate::gradient::{gradient, tangent};
-    #[pymodule_export]
-    use crate::many::simulate_many;
-    #[pymodule_export]
-    use crate::model::{Model, models};
-    #[pymodule_export]
-    use crate::simulation::{SavedState, Simulation};
-    #[pymodule_export]
-    use crate::single::simulate;
-    #[pymodule_export]
-    use crate::ssv::ssv;
+/// The module of the Python package.
+#[pymodule]
+fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    fill(module)
+}
 
-    /// NumPy's interface is loaded with the first array: here, where an interrupt meets nothing but an import.
-    #[pymodule_init]
-    fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
-        module.py().import("numpy")?;
-        PyArray1::<f64>::zeros(module.py(), 0, false);
-        Ok(())
-    }
+/// Adds what the Python package uses.
+fn fill(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    // NumPy's interface is loaded with the first array: here, where an interrupt meets nothing but an import.
+    module.py().import("numpy")?;
+    PyArray1::<f64>::zeros(module.py(), 0, false);
+    module.add_class::<fleet::Fleet>()?;
+    module.add_class::<model::Model>()?;
+    module.add_class::<simulation::SavedState>()?;
+    module.add_class::<simulation::Simulation>()?;
+    module.add_function(wrap_pyfunction!(abreast::transitions, module)?)?;
+    module.add_function(wrap_pyfunction!(gradient::gradient, module)?)?;
+    module.add_function(wrap_pyfunction!(gradient::tangent, module)?)?;
+    module.add_function(wrap_pyfunction!(many::simulate_many, module)?)?;
+    module.add_function(wrap_pyfunction!(model::models, module)?)?;
+    module.add_function(wrap_pyfunction!(single::simulate, module)?)?;
+    module.add_function(wrap_pyfunction!(ssv::ssv, module)?)
 }

@@ -5,13 +5,14 @@ use pneumatic_servo::variables::{Kind, Meaning, Role, Variable};
 use pyo3::prelude::*;
 
 use crate::failure::{refused, refused_value};
+use crate::own;
 use crate::simulation::Simulation;
 use crate::value::{Setting, setup};
 
 /// The names of all models.
 #[pyfunction]
 pub fn models() -> Vec<&'static str> {
-    pneumatic_servo::models::ALL.iter().map(|model| model.name).collect()
+    own::all().map(|model| model.name).collect()
 }
 
 /// A model of the library.
@@ -47,7 +48,7 @@ struct Description {
 impl Model {
     #[new]
     fn new(name: &str) -> PyResult<Self> {
-        let found = pneumatic_servo::models::find(name);
+        let found = own::all().find(|model| model.name == name);
         let model = found
             .ok_or_else(|| refused(format!("there is no model {name}; it must be one of {}", models().join(", "))))?;
         Ok(Self { model })

@@ -35,3 +35,6 @@ pub static CYLINDER: Model = pneumatic_servo_cylinder::model::<catalogue::Fricti
 
 /// The friction bench with all these laws.
 pub static BENCH: Model = friction_bench::model::<catalogue::Friction>();
+
+#[cfg(feature = "python")]
+pneumatic_servo_python::python_module!(own_law, &[&CYLINDER, &BENCH]);

@@ -1,0 +1,10 @@
+"""Models of one's own: a module that a crate makes of them stands in the place of `pneumatic_servo._native`.
+
+The module puts itself there when it is imported, and names itself in the environment for processes that are started.
+"""
+
+from importlib import import_module
+from os import environ
+
+if module := environ.get("PNEUMATIC_SERVO_MODULE"):
+    import_module(module)
