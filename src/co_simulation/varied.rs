@@ -6,7 +6,7 @@ use crate::numbers::{Real, Scalar, Tangent};
 use crate::sensitivity::{Along, Crossing, NoDerivative, Varied};
 use crate::session::{Seeds, Snapshot, SnapshotError, Start, build};
 use crate::solver::{self, Progress, Run, Settings, StepError};
-use crate::system::{Kept, System, are_alike, kept, shared_table, varied};
+use crate::system::{Kept, System, are_alike, kept, shared_table, still, varied};
 use crate::variables::Table;
 
 /// A model's equations in motion, in numbers with slopes in one direction.
@@ -18,8 +18,6 @@ pub struct VariedRun<E: System<U>, const N: usize, const U: usize> {
     /// Clock of the host in s at the start.
     start: f64,
     lost: Option<NoDerivative>,
-    /// The memory before it followed the inputs of the step that is to be made.
-    before: E::Memory<Tangent>,
 }
 
 /// Share of its magnitude by which a direction is followed to see whether the run begins in another mode there.
@@ -33,7 +31,6 @@ impl<E: System<U>, const N: usize, const U: usize> VariedRun<E, N, U> {
         let seeds = std::array::from_fn(|i| seeds.get(i).copied().unwrap_or_default());
         let u = std::array::from_fn(|i| Tangent { value: start.inputs[i], slope: seeds[i] });
         let begin: Box<([Tangent; N], E::Memory<Tangent>)> = Box::new(equations.start(&u));
-        let before = begin.1.clone();
         let run = Run::boxed(equations, settings, begin, u);
         let table = shared_table::<E, U>();
         let differ = begins_otherwise::<E, N, U>(&table, start, &seeds);
@@ -42,15 +39,12 @@ impl<E: System<U>, const N: usize, const U: usize> VariedRun<E, N, U> {
             event: "the start".to_owned(),
             reason: "the modes differ from one side of it to the other".to_owned(),
         });
-        Self { run, table, seeds, start: start.time, lost, before }
+        Self { run, table, seeds, start: start.time, lost }
     }
 
     /// Makes a step, and finds out why slopes are lost in it.
     fn go(&mut self, end: f64) -> Result<(), StepError> {
         let begin = self.run.time();
-        if self.lost.is_none() {
-            self.before.clone_from(self.run.state().1);
-        }
         let outcome = self.run.advance(end);
         if self.lost.is_none() {
             self.lost = self.run.lost().map(|lost| NoDerivative {
@@ -70,15 +64,21 @@ impl<E: System<U>, const N: usize, const U: usize> VariedRun<E, N, U> {
         /// A slope that nothing else has.
         const OWN: f64 = 0.723_161;
         let (system, u) = (self.run.system(), self.run.inputs().0);
-        let x = self.run.state().0.map(|state| Tangent::still(state.value));
-        let (time, before) = (Tangent::still(begin), kept(&self.before));
-        let follows = |input: usize| {
-            let u = std::array::from_fn(|i| Tangent { value: u[i].value, slope: if i == input { OWN } else { 0.0 } });
-            let mut memory = self.before.clone();
-            system.follow(time, &x, &u, &mut memory);
-            kept(&memory).iter().zip(&before).any(|(now, before)| now.slope.is_nan() && !before.slope.is_nan())
+        let (x, memory) = self.run.state();
+        let (x, memory) = (x.map(|state| Tangent::still(state.value)), still(memory));
+        // From where it rests, and back from both sides.
+        let follows = |input: usize, way: f64| {
+            let with = |value: f64, slope: f64| {
+                std::array::from_fn(|i| if i == input { Tangent { value, slope } } else { Tangent::still(u[i].value) })
+            };
+            let (time, here) = (Tangent::still(self.run.time()), u[input].value);
+            let mut memory = memory.clone();
+            system.follow(time, &x, &with(here + way * (1.0 + here.abs()), 0.0), &mut memory);
+            let mut memory = still(&memory);
+            system.follow(time, &x, &with(here, OWN), &mut memory);
+            kept(&memory).iter().any(|now| now.slope.is_nan())
         };
-        let input = (0..U).find(|input| follows(*input))?;
+        let input = (0..U).find(|input| [0.0, -0.5, 0.5].into_iter().any(|way| follows(*input, way)))?;
         let event = self.table.inputs().nth(input)?.name.clone();
         Some(NoDerivative {
             time: self.start + begin,

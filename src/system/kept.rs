@@ -28,13 +28,24 @@ pub fn kept<M: Serialize>(state: &M) -> Vec<Kept> {
 
 /// A discrete state of numbers without slopes as one of numbers that have them, by the places of the numbers.
 pub fn varied<A: Serialize, B: DeserializeOwned>(state: &A, slope: impl Fn(usize) -> f64) -> B {
+    renewed(state, 0, slope)
+}
+
+/// A discrete state of numbers with slopes, of which none varies.
+#[cfg(feature = "sensitivities")]
+pub fn still<M: Serialize + DeserializeOwned>(state: &M) -> M {
+    renewed(state, size_of::<f64>(), |_| 0.0)
+}
+
+/// A discrete state whose numbers have other slopes in place of those that take a number of bytes.
+fn renewed<A: Serialize, B: DeserializeOwned>(state: &A, old: usize, slope: impl Fn(usize) -> f64) -> B {
     let (saved, numbers) = (saved(state), Finder::of(state).numbers);
     let (mut bytes, mut start) = (Vec::with_capacity(2 * saved.len()), 0);
     for (number, (place, _)) in numbers.iter().enumerate() {
         let end = place + size_of::<f64>();
         bytes.extend(&saved[start..end]);
         bytes.extend(slope(number).to_le_bytes());
-        start = end;
+        start = end + old;
     }
     bytes.extend(&saved[start..]);
     postcard::from_bytes(&bytes).expect("a discrete state of the same model")

@@ -38,7 +38,7 @@ pub use self::indicators::{Indicator, UNUSED};
 pub(crate) use self::jacobian::{jacobian_by_couplings, jacobian_by_duals};
 pub use self::kept::Kept;
 #[cfg(feature = "sensitivities")]
-pub(crate) use self::kept::are_alike;
+pub(crate) use self::kept::{are_alike, still};
 pub(crate) use self::kept::{kept, varied};
 pub use self::limits::Limits;
 pub use self::longest_steps::LongestSteps;
