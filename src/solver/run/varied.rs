@@ -241,8 +241,13 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
         let (mut x, mut from) = (self.x, 0.0);
         for piece in 0..=MOST_KINKS {
             let to = if piece < MOST_KINKS { self.first_kink_behind(&path, from).unwrap_or(1.0) } else { 1.0 };
-            let reached =
-                self.smooth_piece(&path, [from, to], [from > 0.0 || is_behind_event, to < 1.0 || ends_on_event], &x)?;
+            let beside = [from > 0.0 || is_behind_event, to < 1.0 || ends_on_event];
+            // The step as a whole has been tried.
+            let reached = if to - from == 1.0 && !ends_on_event {
+                self.halves(&path, [from, to], beside, &x)?
+            } else {
+                self.smooth_piece(&path, [from, to], beside, &x)?
+            };
             // Behind a kink the equations are those of its other side.
             let there = if to < 1.0 { self.between(&path, to) } else { ended };
             x = array(|i| S::with(there[i], reached[i].slope()));
@@ -267,11 +272,21 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
         let Trial { end, error } = self.piece(self.time + from * path.h, x, (to - from) * path.h)?;
         let smallest = if after_kink || before_kink { SMALLEST_BESIDE_KINK } else { SMALLEST_PIECE };
         if to - from > smallest && self.inaccuracy(x, &end, &error) > 1.0 {
-            let middle = 0.5 * (from + to);
-            let half = self.smooth_piece(path, [from, middle], [after_kink, false], x)?;
-            return self.smooth_piece(path, [middle, to], [false, before_kink], &half);
+            return self.halves(path, [from, to], [after_kink, before_kink], x);
         }
         Some(end)
+    }
+
+    fn halves(
+        &self,
+        path: &Hermite<N>,
+        [from, to]: [f64; 2],
+        [after_kink, before_kink]: [bool; 2],
+        x: &[S; N],
+    ) -> Option<[S; N]> {
+        let middle = 0.5 * (from + to);
+        let half = self.smooth_piece(path, [from, middle], [after_kink, false], x)?;
+        self.smooth_piece(path, [middle, to], [false, before_kink], &half)
     }
 
     /// The states within a step: on the cubic between its ends, but for those with a closed form.
