@@ -127,3 +127,42 @@ fn delayed_velocity_has_derivatives_where_steps_divide_the_delay() {
     let expected = (above - below) / (2e-5 * value);
     assert!((slope / expected - 1.0).abs() < 1e-4, "{slope}, not {expected}");
 }
+
+/// From a voltage that is held from the start the play is dragged downwards, or first up and then down.
+#[test]
+fn play_that_is_dragged_downwards_moves_the_spool_by_half_of_its_width() {
+    let setup = setup("Coulomb", &[("valve.hysteresis", 0.01)]);
+    let courses: [Course; 2] = [|_| 3.0, |t| if t < 0.05 { 7.0 } else { 3.0 }];
+    for course in courses {
+        let distance = distance(&setup, course, 0.1, "valve.hysteresis", [1e-5, -1e-5]);
+        // Runs are known to 1e-11 m, and differ by 1e-6 m.
+        assert!(distance < 1e-5, "{distance}");
+    }
+}
+
+/// Quick reversals amplify what the kept course of the velocity is off by.
+#[test]
+fn delayed_velocity_has_exact_derivatives_through_quick_reversals() {
+    let setup = setup("Armstrong", &[]);
+    let value = setup.get("valve.C").expect("a parameter");
+    let distance =
+        distance(&setup, |t| 5.0 + 2.0 * (5.0 * TAU * t).sin(), 0.35, "valve.C", [1e-6 * value, -1e-6 * value]);
+    assert!(distance < 1e-5, "{distance}");
+}
+
+/// What is off at 0 has an effect once there is a little of it.
+#[test]
+fn options_that_are_off_at_zero_have_the_slope_of_a_little_of_them() {
+    for (by, offset, sides) in [
+        ("friction.kappaDifference", 1e-9, [1.0, -1.0]),
+        ("load.stiffness", 1e-4, [1.0, 0.0]),
+        ("friction.position.amplitude", 1e-6, [1.0, 0.0]),
+        ("valve.hysteresis", 1e-6, [1.0, 0.0]),
+    ] {
+        let setup = setup("Stribeck", &[(by, 0.0)]);
+        let distance =
+            distance(&setup, |t| 6.0 + 1.5 * (2.0 * TAU * t).sin(), 0.25, by, sides.map(|side| side * offset));
+        // A forward difference has an error of first order.
+        assert!(distance < 1e-3, "{by}: {distance}");
+    }
+}

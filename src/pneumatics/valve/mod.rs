@@ -266,6 +266,8 @@ impl Actuating for ProportionalValve {
         let is_at_end = command.value().abs() == 1.0 && command.slope() != 0.0;
         *set_point = match (rests, is_at_end) {
             (true, true) => *set_point,
+            // A play that is nothing yet stays where it has been dragged to last.
+            (true, false) if self.valve.hysteresis.value == 0.0 => *set_point,
             // At the edge of the play more of the voltage drags the set point, and less does not.
             (true, false) => followed.unless_tied(*set_point),
             (false, true) => followed.unless_tied(S::of(followed.value())),
