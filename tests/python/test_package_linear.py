@@ -57,6 +57,7 @@ LEFT = {"MaxwellSlip": 1.5e-14, "StickSlipSpring": 1.5e-14, "DNLRX": 2e-3, "Arms
 
 @pytest.mark.parametrize("law", LEFT)
 @pytest.mark.parametrize("velocity", [0.005, 0.05])
+@pytest.mark.filterwarnings("ignore:friction.law = DNLRX")
 def test_friction_remembers_the_motion_at_its_operating_point(plant: ps.Model, law: str, velocity: float) -> None:
     """Laws whose memory is no state: held in place, their springs would be relaxed, and hold."""
     found = plant.linearise(at=SLIDING | {"friction.law": law, "velocity": velocity}, outputs=["frictionForce"])
@@ -263,3 +264,10 @@ def test_voltage_that_balances_nothing_is_the_cause_that_is_named() -> None:
         ps.TrimError, match=r"with valveVoltage = 6.5 V nothing balances at rest: .*velocity = 0.05 m/s"
     ):
         ps.Model().linearise({"valveVoltage": 6.5, "valve.hysteresis": 0.0})
+
+
+def test_law_that_holds_its_force_between_samples_is_told(plant: ps.Model) -> None:
+    with pytest.warns(UserWarning, match=r"friction\.law = DNLRX: it holds its force between samples"):
+        linear = plant.linearise({"friction.law": "DNLRX", "velocity": 0.1})
+    velocity = linear.states.index("velocity")
+    assert linear.A[velocity, velocity] == 0.0
