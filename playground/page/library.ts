@@ -14,6 +14,10 @@ interface Exports extends WebAssembly.Exports {
   playground_advance(slot: number, end: number): number;
   playground_read(slot: number, count: number): number;
   playground_ssv(count: number, bytes: number): number;
+  playground_question(bytes: number): number;
+  playground_samples(count: number): number;
+  playground_fit(): number;
+  playground_curves(): number;
 }
 
 /** What the library says when it does not accept something. */
@@ -46,6 +50,8 @@ export class Library {
   private constructor(
     readonly module: WebAssembly.Module,
     private readonly exports: Exports,
+    /** What the module calls. */
+    private readonly page: { progress: () => void },
   ) {
     exports.playground_tables();
     this.tables = JSON.parse(this.text());
@@ -58,8 +64,9 @@ export class Library {
 
   /** An instance of its own of a module, say in a worker. */
   static async of(module: WebAssembly.Module): Promise<Library> {
-    const instance = await WebAssembly.instantiate(module);
-    return new Library(module, instance.exports as Exports);
+    const page = { progress: () => {} };
+    const instance = await WebAssembly.instantiate(module, { page: { progress: () => page.progress() } });
+    return new Library(module, instance.exports as Exports, page);
   }
 
   /** Starts a model at time 0; what ran in the slot before is gone. Throws a refusal, and changes nothing then. */
@@ -86,6 +93,26 @@ export class Library {
     new Uint8Array(buffer, byteOffset).set(bytes);
     this.demand(this.exports.playground_ssv(count, bytes.length));
     return this.text();
+  }
+
+  /**
+   * Fits what a question asks for, with the samples of its signals; returns the answer and the samples of its curves. Throws a
+   * refusal.
+   */
+  fit(question: string, signals: readonly Float64Array[], progress: (text: string) => void): { text: string; curves: Float64Array } {
+    const { exports } = this;
+    const bytes = new TextEncoder().encode(question);
+    const place = exports.playground_question(bytes.length);
+    new Uint8Array(exports.memory.buffer, place).set(bytes);
+    let samples = exports.playground_samples(signals.reduce((count, { length }) => count + length, 0));
+    for (const signal of signals) {
+      new Float64Array(exports.memory.buffer, samples).set(signal);
+      samples += signal.byteLength;
+    }
+    this.page.progress = () => progress(this.text());
+    this.demand(exports.playground_fit());
+    const text = this.text();
+    return { text, curves: new Float64Array(exports.memory.buffer, exports.playground_curves()) };
   }
 
   /** Writes numbers into the buffer. */

@@ -7,10 +7,23 @@
 
 use std::cell::RefCell;
 
-use crate::{CallError, Session, tables};
+use crate::{CallError, Session, fit, tables};
+
+#[cfg(target_arch = "wasm32")]
+#[link(wasm_import_module = "page")]
+unsafe extern "C" {
+    /// Tells the page that the text is the progress of a fit.
+    safe fn progress();
+}
+
+/// Only a page hears of the progress.
+#[cfg(not(target_arch = "wasm32"))]
+fn progress() {}
 
 thread_local! {
     static SESSION: RefCell<Session> = RefCell::default();
+    static QUESTION: RefCell<Vec<u8>> = const { RefCell::new(Vec::new()) };
+    static SAMPLES: RefCell<Vec<f64>> = const { RefCell::new(Vec::new()) };
     static TEXT: RefCell<String> = const { RefCell::new(String::new()) };
 }
 
@@ -88,6 +101,51 @@ pub extern "C" fn playground_ssv(count: usize, bytes: usize) -> u32 {
         TEXT.set(session.ssv(count, bytes)?);
         Ok(())
     })
+}
+
+/// Room for the question of a fit of so many bytes: where it is, until the next call.
+// SAFETY: as for `playground_buffer`.
+#[unsafe(no_mangle)]
+pub extern "C" fn playground_question(bytes: usize) -> *mut u8 {
+    QUESTION.replace(vec![0; bytes]);
+    QUESTION.with_borrow_mut(|question| question.as_mut_ptr())
+}
+
+/// Room for so many samples of a fit: where it is, until the next call.
+// SAFETY: as for `playground_buffer`.
+#[unsafe(no_mangle)]
+pub extern "C" fn playground_samples(count: usize) -> *mut f64 {
+    SAMPLES.replace(vec![0.0; count]);
+    SAMPLES.with_borrow_mut(|samples| samples.as_mut_ptr())
+}
+
+/// Makes the answer to the question the text, and its curves the samples: [`fit`].
+// SAFETY: as for `playground_buffer`.
+#[unsafe(no_mangle)]
+pub extern "C" fn playground_fit() -> u32 {
+    let told = |state: &serde_json::Value| {
+        TEXT.set(state.to_string());
+        progress();
+    };
+    let (question, samples) = (QUESTION.take(), SAMPLES.take());
+    match fit(&String::from_utf8_lossy(&question), &samples, &told) {
+        Ok((answer, curves)) => {
+            SAMPLES.set(curves);
+            TEXT.set(answer.to_string());
+            0
+        }
+        Err(text) => {
+            TEXT.set(text);
+            1
+        }
+    }
+}
+
+/// Where the samples are.
+// SAFETY: as for `playground_buffer`.
+#[unsafe(no_mangle)]
+pub extern "C" fn playground_curves() -> *const f64 {
+    SAMPLES.with_borrow(|samples| samples.as_ptr())
 }
 
 #[cfg(test)]

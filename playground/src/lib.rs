@@ -5,11 +5,13 @@
 
 mod error;
 mod face;
+mod fit;
 mod place;
 mod session;
 mod ssv;
 mod tables;
 
 pub use error::CallError;
+pub use fit::fit;
 pub use session::{BUFFER, SLOTS, Session};
 pub use tables::tables;

@@ -1,4 +1,4 @@
-// Parts of a fit by themselves: tables, units, sensors, distributions, small matrices.
+// Parts of a fit by themselves: tables, units, columns.
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { part } from "./part.mjs";
@@ -118,87 +118,4 @@ test("headers as recorders write them are recognised", async () => {
   assert.deepEqual(of(["t", "valve-signal", "piston_position", "P1", "chamber 2"], units), expected);
   // Which pressure it is has to be told.
   assert.deepEqual(of(["t", "u", "x", "pressure", "pressure C"], units), { time: "0 s", valveVoltage: "1 V", position: "2 mm" });
-});
-
-test("a fit is judged by what it leaves, and not by whether its search has ended", async () => {
-  const { verdict } = await part("fit/verdict");
-  const time = Float64Array.from({ length: 400 }, (_, row) => row / 100);
-  const noisy = time.map((value, row) => Math.sin(value) + 1e-3 * Math.sin(1e4 * row * row));
-  const judged = (rms, changed = {}) =>
-    verdict({
-      converged: true, message: "ended", estimates: [], rms: new Map([["position", rms]]), holdOutRms: new Map(),
-      courses: [{ time, measured: new Map([["position", noisy]]), simulated: new Map() }], ...changed,
-    });
-  assert.equal(judged(1e-3).light, "green");
-  assert.equal(judged(0.05).light, "yellow");
-  const missed = judged(0.6);
-  assert.equal(missed.light, "red");
-  assert.match(missed.findings[0].text, /position.*varies by.*supply, mass and bore/);
-  assert.equal(judged(1e-3, { converged: false }).light, "red");
-  assert.equal(judged(1e-3, { holdOutRms: new Map([["position", 4e-3]]) }).light, "red");
-  assert.equal(judged(1e-3, { estimates: [{ name: "friction.stribeck.Fc", undetermined: "at a bound" }] }).light, "yellow");
-});
-
-test("the normal distribution and Student's are those of the tables", async () => {
-  const { logNormal, student } = await part("fit/normal");
-  // scipy.special.log_ndtr
-  for (const [x, expected] of [
-    [-40, -804.6084420137538], [-10, -53.23128515051247], [-3, -6.607726221510349], [-2.9, -6.284058234947419],
-    [-1, -1.8410216450092636], [0, -0.6931471805599453], [1, -0.17275377902344985], [3, -0.0013508099647481923],
-    [10, -7.619853024160525e-24],
-  ]) {
-    near(logNormal(x), expected, 2e-13 * Math.abs(expected));
-  }
-  // scipy.stats.t.ppf(0.975, freedom); the algorithm has six digits.
-  for (const [freedom, expected] of [[1, 12.706204736174694], [2, 4.302652729911275], [3, 3.182446305284263], [5, 2.570581835636314], [19, 2.093024054408263], [6297, 1.9603407861160198]]) {
-    near(student(0.95, freedom), expected, 5e-6 * expected);
-  }
-});
-
-test("noise and the step of a converter are found, and parabolas are followed to the ends", async () => {
-  const { noise, parabolas, follow } = await part("fit/smoothing");
-  const { converter, Sensor } = await part("fit/sensor");
-  let state = 1;
-  const random = () => (state = (state * 16807) % 2147483647) / 2147483647;
-  const normal = () => Math.sqrt(-2 * Math.log(random())) * Math.cos(2 * Math.PI * random());
-  const true_ = Float64Array.from({ length: 4000 }, (_, row) => 0.1 * Math.sin(row / 300));
-  const noisy = true_.map((value) => value + 1e-5 * normal());
-  // The deviation of the median of 4000 magnitudes is about 2 %.
-  near(noise(noisy), 1e-5, 1e-6);
-  const step = 1.22e-4;
-  const rounded = noisy.map((value) => step * Math.round(value / step));
-  near(converter(rounded), step, 1e-9);
-  assert.equal(converter(noisy), 0);
-  const sensor = Sensor.of([rounded]).withNoiseOf(rounded.map((value, row) => value - true_[row]));
-  assert.ok(sensor.isCoarse && Math.abs(sensor.noise - 1e-5) < 2e-6, `${sensor.noise}`);
-  // The derivatives of the residuals, against differences.
-  for (const difference of [-3e-4, -7e-5, 2e-6, 5e-5, 8e-5]) {
-    const [low, high] = [-1e-9, 1e-9].map((by) => sensor.residuals(Float64Array.of(difference + by))[0]);
-    const slope = sensor.slopes(Float64Array.of(difference))[0];
-    near((high - low) / 2e-9, slope, 1e-3 * Math.abs(slope) + 1);
-  }
-  const square = Float64Array.from({ length: 50 }, (_, row) => 3 + 2 * row - 0.5 * row * row);
-  const { smooth, slope } = parabolas(square, 0.1, 1.1);
-  for (const row of [0, 3, 25, 49]) {
-    near(smooth[row], square[row], 1e-9);
-    near(slope[row], (2 - row) / 0.1, 1e-8);
-  }
-  assert.deepEqual(Array.from(follow(Float64Array.of(0, 0.5, 2, 1.5, -2), 1)), [0, 0, 1, 1, -1]);
-});
-
-test("triangles have the products of the columns, pseudo-inverses solve, factors are not negative", async () => {
-  const { triangle, pseudoInverse } = await part("fit/matrix");
-  const { nonNegative } = await part("fit/guess");
-  const columns = [1, 2, 3].map((power) => Float64Array.from({ length: 2500 }, (_, row) => Math.sin(row * power) + power));
-  const found = triangle(columns);
-  const dot = (a, b) => a.reduce((total, value, row) => total + value * b[row], 0);
-  const product = found.transpose().mmul(found);
-  columns.forEach((one, i) => columns.forEach((other, j) => near(product.get(i, j), dot(one, other), 1e-8)));
-  const inverse = pseudoInverse(found, 1e-12).mmul(found);
-  for (const i of [0, 1, 2]) for (const j of [0, 1, 2]) near(inverse.get(i, j), Number(i === j), 1e-9);
-  const right = columns[0].map((value, row) => 2 * value - 0.5 * columns[1][row] + 3 * columns[2][row]);
-  const factors = nonNegative(columns, right);
-  assert.ok(factors[1] === 0 && factors.every((value) => value >= 0), String(factors));
-  const fitted = nonNegative(columns, columns[0].map((value, row) => 2 * value + 3 * columns[2][row]));
-  fitted.forEach((value, index) => near(value, [2, 0, 3][index], 1e-6));
 });

@@ -1,26 +1,23 @@
-// A fit: what is asked, and what comes out.
+// A fit: what is asked, and what comes out. The module makes it, as the Python package does.
 
-import { Refusal, type Library } from "../library";
-import type { Tables } from "../tables";
-import { span } from "./arrays";
-import { checkMotion, type Experiment, type Options } from "./experiment";
-import { freeOf, type Free } from "./free";
-import { started } from "./guess";
-import { certainty } from "./intervals";
-import { FitError, split, type Measured, type Signals } from "./measured";
-import { Motion } from "./motion";
-import { FAILED, Problem } from "./problem";
-import { Rig } from "./rig";
-import { lacking, SIGNALS, type ExperimentName, type Signal } from "./signals";
-import { noise } from "./smoothing";
-import { solve, withLikelySensors } from "./solve";
+import type { Library } from "../library";
+import type { ExperimentName, Signal, Signals } from "./signals";
+
+/** How the data are used. */
+export interface Options {
+  /** Normal force in N at which the load level is 1. */
+  rated: number;
+  /** Width in s of the parabolas that give velocities. */
+  width: number;
+  /** Play in m that hides the jitter of a position at rest; by default three times its noise. */
+  play: number | null;
+}
 
 export interface Question {
   file: string;
   experiment: ExperimentName;
   /** Number of the friction law. */
   law: number;
-  /** Signals in SI units. */
   signals: Signals;
   /** Parameters that are known, in SI units; of those that are free the starts. */
   known: ReadonlyMap<string, number>;
@@ -42,12 +39,14 @@ export interface Estimate {
   undetermined: string | null;
 }
 
-/** A stretch of the record, with what was measured and what the fitted model gives. */
+/** A segment of the record, with what was measured and what the fitted model gives. */
 export interface Course {
   time: Float64Array;
   measured: Map<Signal, Float64Array>;
   simulated: Map<Signal, Float64Array>;
 }
+
+export type Light = "green" | "yellow" | "red";
 
 export interface Answer {
   converged: boolean;
@@ -58,6 +57,10 @@ export interface Answer {
   notes: string[];
   /** The first time that is held out, or null. */
   heldFrom: number | null;
+  /** What the fit is worth: a light, its meaning, and the reasons, the worst first. */
+  light: Light;
+  head: string;
+  findings: string[];
   courses: Course[];
 }
 
@@ -69,132 +72,39 @@ export interface Progress {
   share: number;
   /** Root mean square of the residuals in units of the noise, and the best values so far. */
   misfit: number | null;
-  best: [string, number][];
+  best: Record<string, number>;
 }
 
-/** Fits; throws a refusal, or an error for data and choices that cannot be used. */
+/** A number as the module writes it: JSON has none that is not finite. */
+type Written = number | "Infinity" | "-Infinity" | "NaN";
+
+/** The answer as the module writes it; the curves of its segments stand behind one another. */
+interface WrittenAnswer extends Omit<Answer, "estimates" | "rms" | "holdOutRms" | "courses"> {
+  estimates: (Omit<Estimate, "value" | "low" | "high"> & Record<"value" | "low" | "high", Written>)[];
+  rms: Record<Signal, Written>;
+  holdOutRms: Record<Signal, Written>;
+  signals: Signal[];
+  lengths: number[];
+}
+
+/** Fits; throws a refusal for data and choices that cannot be used. */
 export function fit(library: Library, question: Question, tell: (progress: Progress) => void): Answer {
-  const progress: Progress = { stage: "Look at the data", runs: 0, share: 0, misfit: null, best: [] };
-  const experiment = experimentOf(library.tables, question);
-  const { records, notes } = split(question.file, question.signals);
-  checkMotion(records);
-  checkIntervals(records);
-  const free = freeParameters(library.tables, experiment, question);
-  const told = (share: number) => {
-    if (share === 0) progress.runs += 1;
-    progress.share = share;
-    tell(progress);
-  };
-  let problem = Problem.of(library, experiment, records, free, question.holdOut, told);
-  checkSize(problem, records);
-  problem = started(problem);
-  const begun = problem.trained();
-  checkStart(begun);
-  const trained = begun.bounded();
-  const seen = (x: Float64Array, meanSquare: number) => {
-    progress.misfit = Math.sqrt(meanSquare);
-    progress.best = [...trained.values(x)];
-    tell(progress);
-  };
-  const stage = (text: string) => {
-    progress.stage = text;
-    tell(progress);
-  };
-  const [fitted, best] = withLikelySensors(trained, solve(trained, question.starts, seen, stage), seen, stage);
-  stage("Intervals");
-  const sure = certainty(fitted, best.x);
-  const values = fitted.values(best.x);
-  const own = best.x.slice(0, fitted.free.length);
-  const whole = problem.with({ sensors: fitted.sensors }).begun(fitted, best.x);
-  const readings = whole.readings(own);
-  const rms = rmsOf(whole.bySignal(readings, false));
-  const isSimulated = [...rms.values()].every(Number.isFinite);
-  const held = whole.windows.flatMap(({ record, held: is }) => {
-    const row = is.indexOf(1);
-    return row < 0 ? [] : [record.begin + record.time[row]];
-  });
-  return {
-    converged: best.converged && isSimulated,
-    message: isSimulated ? best.message : "the fitted values cannot be simulated",
-    estimates: fitted.free.map(({ name, unit }, index) => ({
-      name,
-      unit,
-      value: values.get(name) ?? NaN,
-      low: sure.low[index],
-      high: sure.high[index],
-      undetermined: sure.undetermined.get(name) ?? null,
-    })),
-    rms,
-    holdOutRms: rmsOf(whole.bySignal(readings, true)),
-    notes: [...notes, ...experiment.notes],
-    heldFrom: held.length ? Math.min(...held) : null,
-    courses: whole.windows.map(({ record }, index) => ({
-      time: record.time.map((time) => time + record.begin),
-      measured: new Map(experiment.compared.map((signal) => [signal, record.of(signal).slice()])),
-      simulated: readings[index],
-    })),
-  };
-}
-
-function experimentOf(tables: Tables, { experiment, law, known, signals, options, free }: Question): Experiment {
-  const names = new Set(signals.keys());
-  const problem = lacking(experiment, names);
-  if (problem) throw new FitError(problem);
-  const fixed = new Map([...known].filter(([name]) => !free.includes(name)));
-  return new (experiment === "rig" ? Rig : Motion)(tables, law, fixed, names, options);
-}
-
-function freeParameters(tables: Tables, experiment: Experiment, { free, known }: Question): Free[] {
-  if (!free.length) throw new FitError("nothing is free: choose at least one parameter");
-  const missing = experiment.unknown.find((name) => !free.includes(name));
-  if (missing) throw new FitError(`${missing} has no default; it must be free`);
-  return free.map((name) => {
-    return freeOf(tables, experiment.model, name, known.get(name), experiment.compared, experiment.driving);
-  });
-}
-
-/** Refuses samples between which a carriage does all that it does, or that no rig has. */
-function checkIntervals(records: readonly Measured[]): void {
-  for (const { step } of records) {
-    if (step > 0.5) throw new FitError(`samples are ${step} s apart, between which a carriage does all that it does; is time in ms?`);
-    if (step < 1e-6) throw new FitError(`samples are ${step} s apart, which no rig has; is time in s?`);
-  }
-}
-
-function checkSize(problem: Problem, records: readonly Measured[]): void {
-  const { compared } = problem.experiment;
-  const rests = (position: Float64Array) => span(position) <= 8 * noise(position);
-  if (compared.includes("position") && records.every((record) => rests(record.of("position")))) {
-    throw new FitError("all at rest: the position never leaves its noise");
-  }
-  if (problem.size === 0) throw new FitError("all at rest: no sample moves beyond the noise of the position");
-  for (const signal of compared) {
-    if (records.every((record) => span(record.of(signal)) === 0)) {
-      throw new FitError(`${signal} = ${records[0].of(signal)[0]} ${SIGNALS[signal]} all the time; is it the right column?`);
+  const { signals, known, ...others } = question;
+  const asked = JSON.stringify({ ...others, signals: [...signals.keys()], known: Object.fromEntries(known) });
+  const { text, curves } = library.fit(asked, [...signals.values()], (progress) => tell(JSON.parse(progress)));
+  const { signals: compared, lengths, ...answer }: WrittenAnswer = JSON.parse(text);
+  const bySignal = (values: Record<Signal, Written>) =>
+    new Map(compared.filter((signal) => signal in values).map((signal) => [signal, Number(values[signal])]));
+  let place = 0;
+  const courses = lengths.map((length): Course => {
+    const next = () => curves.slice(place, (place += length));
+    const course: Course = { time: next(), measured: new Map(), simulated: new Map() };
+    for (const signal of compared) {
+      course.measured.set(signal, next());
+      course.simulated.set(signal, next());
     }
-  }
-  if (problem.size < 5 * problem.free.length) {
-    throw new FitError(`too short: ${problem.size} samples to compare for ${problem.free.length} free parameters`);
-  }
-}
-
-/** Refuses a start that cannot be simulated at all, with the model's own words. */
-function checkStart(problem: Problem): void {
-  const residuals = problem.residuals(problem.differences(problem.start));
-  if (!residuals.every((value) => Math.abs(value) === FAILED)) return;
-  try {
-    problem.bounded();
-  } catch (error) {
-    if (error instanceof Refusal) throw new FitError(`the start values cannot be simulated: ${error.message}`);
-    throw error;
-  }
-}
-
-function rmsOf(differences: Map<Signal, Float64Array>): Map<Signal, number> {
-  const found = new Map<Signal, number>();
-  for (const [signal, values] of differences) {
-    const square = values.reduce((total, value) => total + value * value, 0) / values.length;
-    if (values.length) found.set(signal, Math.sqrt(square));
-  }
-  return found;
+    return course;
+  });
+  const estimates = answer.estimates.map((one) => ({ ...one, value: Number(one.value), low: Number(one.low), high: Number(one.high) }));
+  return { ...answer, estimates, rms: bySignal(answer.rms), holdOutRms: bySignal(answer.holdOutRms), courses };
 }

@@ -54,7 +54,7 @@ function describe({ study, settings, library }: FitContext, name: string): strin
   return `${found.description}, in ${found.of}${start === undefined ? "" : `; the search starts at ${short(start)}`}`;
 }
 
-/** What sensors do can be free as well, and on a bench what pressure does. */
+/** What sensors do can be free as well, and on a bench what pressure and direction do. */
 function ofSensors({ study, settings }: FitContext): string[] {
   const signals = [...study.columns.keys()].filter((signal) => signal !== "time");
   const driving = ["valveVoltage", "supplyPressure", "externalForce"];
@@ -63,11 +63,11 @@ function ofSensors({ study, settings }: FitContext): string[] {
     isMotion ? signal === "frictionForce" || (signal === "force" && !signals.includes("frictionForce")) : !driving.includes(signal),
   );
   const others = isMotion ? [] : signals.filter((signal) => driving.includes(signal));
-  const seal = isMotion && signals.includes("pressure") ? ["friction.kappaA", ...(compared[0] === "force" ? ["area"] : [])] : [];
+  const seal = signals.includes("pressure") ? ["friction.kappaA", ...(compared[0] === "force" ? ["area"] : [])] : [];
   return [
     ...compared.flatMap((signal) => [`gain.${signal}`, `offset.${signal}`, `delay.${signal}`]),
     ...others.flatMap((signal) => [`gain.${signal}`, `offset.${signal}`]),
-    ...seal,
+    ...(isMotion ? ["friction.direction.factor", ...seal] : []),
   ].filter((name) => !study.free.includes(name));
 }
 

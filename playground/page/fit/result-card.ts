@@ -7,7 +7,6 @@ import { short } from "../tables";
 import type { Answer, Course, Estimate } from "./fit";
 import { SIGNALS, type Signal } from "./signals";
 import type { FitContext } from "./study";
-import { verdict } from "./verdict";
 
 /** How many points of a line are drawn at most. */
 const DRAWN = 4000;
@@ -31,8 +30,8 @@ export function resultTables(context: FitContext, answer: Answer): HTMLElement {
     head("Signal", "RMS residual", "RMS residual, validation", "Unit"),
     element("tbody", {}, ...[...answer.rms].map(([signal, rms]) => leftRow(signal, rms, answer.holdOutRms.get(signal)))),
   );
-  const { light, head: state, findings } = verdict(answer);
-  const [first, ...others] = findings.map(({ text }) => text);
+  const { light, head: state } = answer;
+  const [first, ...others] = answer.findings;
   const notes = [
     ...others.map((text) => `${text}.`),
     ...answer.notes.map((note) => `${note[0].toUpperCase()}${note.slice(1)}.`),

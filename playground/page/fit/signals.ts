@@ -18,6 +18,9 @@ export const SIGNALS = {
 /** A signal; its SI unit is `SIGNALS[signal]`. */
 export type Signal = keyof typeof SIGNALS;
 
+/** Signals in SI units. */
+export type Signals = ReadonlyMap<Signal, Float64Array>;
+
 export const EXPERIMENTS = ["rig", "motion"] as const;
 export type ExperimentName = (typeof EXPERIMENTS)[number];
 

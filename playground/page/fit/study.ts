@@ -6,11 +6,11 @@ import { unpacked } from "../library";
 import { model, variable } from "../tables";
 import { proposed, signalsOf, type Columns } from "./columns";
 import type { Answer, Progress, Question } from "./fit";
-import { usual } from "./free";
 import { begin, type Reply } from "./job";
 import { lacking, TAKEN } from "./signals";
 import type { Table } from "./table";
 import { everyUnit } from "./units";
+import { usual } from "./usual";
 
 /** What can be chosen about how the data are used. */
 export interface Choices {
@@ -173,8 +173,8 @@ export class Study {
   cancel(): void {
     if (this.work.kind === "none") return;
     this.end();
-    const best = this.work.kind === "fitting" && this.work.progress?.best.length ? this.work.progress.best : null;
-    const values = best?.map(([name, value]) => `${name} = ${Number(value.toPrecision(5))}`).join(", ");
+    const best = this.work.kind === "fitting" ? Object.entries(this.work.progress?.best ?? {}) : [];
+    const values = best.map(([name, value]) => `${name} = ${Number(value.toPrecision(5))}`).join(", ");
     this.problem = values ? `The fit was cancelled. Best so far: ${values}` : "It was cancelled.";
     this.work = { kind: "none" };
     this.shown();

@@ -160,6 +160,7 @@ impl Checks<'_> {
         self.cargo(&[&quick[..], &quick::FEATURES, &quick::packages()].concat())?;
         heading("Library: published numbers, C interface");
         self.cargo(&["test", "--test", "*"])?;
+        self.cargo(&["test", "--package", "pneumatic-servo-fit", "--test", "*"])?;
         self.cargo(&["test", "--doc"])?;
         heading("Crates from outside: laws, valves and models of one's own");
         // Without optimization their tests run as long as they compile, which takes a fraction of the time. With the feature that packs

@@ -1,0 +1,381 @@
+//! A fit of an experiment: question and answer.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use crate::arrays::{rms, span};
+use crate::experiment::{self, Experiment, MeasuredSegment, Options, Whole};
+use crate::guess::started;
+use crate::intervals::certainty;
+use crate::parameter::{Parameter, Values};
+use crate::problem::{FAILED, Interrupted, Problem, STEP, Simulated, TOLERANCE};
+use crate::record::{Record, Signals, split};
+use crate::refused::Refused;
+use crate::runs::Runs;
+use crate::search::{Loss, Watch, solve, with_likely_sensors};
+use crate::sensor::Sensor;
+use crate::smoothing::noise;
+
+/// Fewest samples of a segment whose end is validation data.
+const SHORTEST: usize = 10;
+/// A position rests where it stays within so many times its noise.
+const RESTING: f64 = 8.0;
+/// Samples for each parameter, at least.
+const SAMPLES: usize = 5;
+
+/// Parameters of the cylinder that make the load level of a bench.
+const OF_LOAD: [&str; 2] = ["friction.kappaA", "friction.direction.factor"];
+
+/// SI units of signals.
+pub const UNITS: [(&str, &str); 12] = [
+    ("time", "s"),
+    ("position", "m"),
+    ("velocity", "m/s"),
+    ("frictionForce", "N"),
+    ("force", "N"),
+    ("normalForce", "N"),
+    ("pressure", "Pa"),
+    ("valveVoltage", "V"),
+    ("supplyPressure", "Pa"),
+    ("externalForce", "N"),
+    ("chamberA.pressure", "Pa"),
+    ("chamberB.pressure", "Pa"),
+];
+
+/// SI unit of a signal.
+pub fn unit_of(signal: &str) -> &'static str {
+    UNITS.iter().find(|(name, _)| *name == signal).map_or("1", |(_, unit)| *unit)
+}
+
+/// Data, experiment, and estimated parameters.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Question {
+    /// Name of the data.
+    pub file: String,
+    /// `rig` or `motion`.
+    pub experiment: String,
+    /// Number of the friction law.
+    pub law: i32,
+    /// Signals in SI units, with `time`.
+    pub signals: Signals,
+    /// Fixed parameters; of those that are estimated the starts.
+    pub known: Values,
+    /// Names of the estimated parameters.
+    pub estimated: Vec<String>,
+    /// Share of the record at its end that is validation data.
+    pub validation: f64,
+    /// Random starts beside that from the data.
+    pub starts: usize,
+    /// How the data are used.
+    pub options: Options,
+}
+
+/// An estimated parameter.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Estimate {
+    /// Name and SI unit.
+    pub parameter: (String, String),
+    /// Its value.
+    pub value: f64,
+    /// Ends of its 95 % interval.
+    pub interval: [f64; 2],
+    /// Why the data do not determine it.
+    pub undetermined: Option<&'static str>,
+}
+
+/// A segment with measured and simulated readings at its samples.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Course {
+    /// Times in s of the table.
+    pub time: Vec<f64>,
+    /// Measured and simulated readings of the compared signals.
+    pub readings: Vec<(&'static str, Vec<f64>, Vec<f64>)>,
+}
+
+/// The outcome of a fit.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Answer {
+    /// Whether the search has come to its end.
+    pub converged: bool,
+    /// Why it has ended.
+    pub message: String,
+    /// Estimated parameters.
+    pub estimates: Vec<Estimate>,
+    /// RMS residual of each compared signal, in SI units.
+    pub rms: BTreeMap<&'static str, f64>,
+    /// RMS residual of its validation data.
+    pub validation_rms: BTreeMap<&'static str, f64>,
+    /// Noise of each compared signal as its data tell it, with that of its converter.
+    pub noise: BTreeMap<&'static str, f64>,
+    /// Notes on the data.
+    pub notes: Vec<String>,
+    /// Time in s at which the validation data begin.
+    pub validation_from: Option<f64>,
+    /// Measured and simulated curves.
+    pub courses: Vec<Course>,
+}
+
+/// Why there is no answer.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum NoAnswer {
+    /// Data or choices that cannot be used.
+    Refused(Refused),
+    /// Somebody has asked to stop.
+    Interrupted,
+}
+
+impl From<Refused> for NoAnswer {
+    fn from(refused: Refused) -> Self {
+        Self::Refused(refused)
+    }
+}
+
+impl From<Interrupted> for NoAnswer {
+    fn from(_: Interrupted) -> Self {
+        Self::Interrupted
+    }
+}
+
+/// Fits. `told` hears of each run, with the share of it that is done.
+///
+/// # Errors
+/// [`NoAnswer`].
+pub fn fit(question: &Question, watch: &dyn Watch, told: &dyn Fn(f64)) -> Result<Answer, NoAnswer> {
+    let Question { file, estimated, .. } = question;
+    let is_fixed = |name: &String| !estimated.contains(name);
+    let known =
+        question.known.iter().filter(|(name, _)| is_fixed(name)).map(|(name, value)| (name.clone(), *value)).collect();
+    let experiment =
+        experiment::of_name(&question.experiment, question.law, known, &question.signals, question.options)?;
+    let experiment = &*experiment;
+    let (records, mut notes) = split(file, question.signals.clone())?;
+    let parameters = parameters(experiment, question)?;
+    let (segments, prepared) = segments(experiment, &records, &parameters, question.validation);
+    notes.extend(prepared);
+    check_size(experiment, &segments, &parameters)?;
+    let parameters = started(experiment, &segments, &parameters);
+    let trained = segments.iter().filter_map(MeasuredSegment::trained).collect();
+    let mut runs = Runs { experiment, segments: trained, parameters, most: f64::INFINITY, told };
+    let sensors = sensors(experiment, &records);
+    let start = problem(&runs, &sensors).start();
+    check_start(&runs, &problem(&runs, &sensors), &start)?;
+    runs.limit_work(&start)?;
+    watch.stage("first search");
+    let found = solve(&problem(&runs, &sensors), question.starts, 0, Loss::Linear, watch)?;
+    let (fitted, best) = with_likely_sensors(problem(&runs, &sensors), found, Loss::Linear, watch)?;
+    watch.stage("intervals");
+    let sure = certainty(&fitted, &best.x)?;
+    let begun = begun(&segments, &runs, &best.x);
+    let own = &best.x[..runs.parameters.len()];
+    let whole = Runs { segments: begun, parameters: runs.parameters.clone(), most: f64::INFINITY, ..runs };
+    let readings = whole.readings(own, TOLERANCE);
+    let residuals = |is_validation| residuals(&whole, &readings, is_validation);
+    let rms = residuals(false);
+    let is_simulated = rms.values().all(|rms| rms.is_finite());
+    let estimate = |(place, one): (usize, &Parameter)| Estimate {
+        parameter: (one.name.clone(), one.unit.clone()),
+        value: one.outer(best.x[place]),
+        interval: sure.intervals[place],
+        undetermined: sure.reasons[place],
+    };
+    let first = |segment: &MeasuredSegment| {
+        let row = segment.is_validation.iter().position(|is| *is)?;
+        Some(segment.record.begin + segment.record.time[row])
+    };
+    Ok(Answer {
+        converged: best.converged && is_simulated,
+        message: if is_simulated { best.message } else { "the fitted values cannot be simulated".to_owned() },
+        estimates: whole.parameters.iter().enumerate().map(estimate).collect(),
+        validation_rms: residuals(true),
+        rms,
+        noise: experiment
+            .compared()
+            .iter()
+            .zip(&sensors)
+            .map(|(signal, sensor)| (*signal, sensor.whole_noise()))
+            .collect(),
+        notes,
+        validation_from: whole.segments.iter().filter_map(first).reduce(f64::min),
+        courses: courses(&whole, readings),
+    })
+}
+
+fn problem<'a>(runs: &'a Runs<'_>, sensors: &[Sensor]) -> Problem<'a> {
+    let (parameters, segments) = (runs.parameters.clone(), runs.layout());
+    Problem { parameters, segments, sensors: sensors.to_vec(), simulated: runs, step: STEP }
+}
+
+/// Estimated parameters by their names.
+fn parameters(experiment: &dyn Experiment, question: &Question) -> Result<Vec<Parameter>, Refused> {
+    let names = &question.estimated;
+    if names.is_empty() {
+        return Err(Refused("no parameter is estimated: choose at least one".to_owned()));
+    }
+    if let Some(missing) = experiment.unknown().into_iter().find(|name| !names.iter().any(|own| own == name)) {
+        return Err(Refused(format!("{missing} has no default; it must be estimated")));
+    }
+    let of_name = |name: &String| match question.known.get(name) {
+        Some(start) => parameter(experiment, name)?.starting_at(*start),
+        None => parameter(experiment, name),
+    };
+    names.iter().map(of_name).collect()
+}
+
+fn parameter(experiment: &dyn Experiment, name: &str) -> Result<Parameter, Refused> {
+    if let Some((kind, signal)) = name.split_once('.')
+        && let Some(found) = Parameter::of_sensor(kind, signal, unit_of(signal))
+    {
+        let (mut there, place) = match kind {
+            "lag" => (vec![], "compared"),
+            _ => (experiment.driving(), "compared or driving"),
+        };
+        there.splice(0..0, experiment.compared().iter().copied());
+        if !there.contains(&signal) {
+            return Err(Refused(format!("{name}: {signal} is not {place} here, only {}", there.join(", "))));
+        }
+        return Ok(found);
+    }
+    let bench = experiment.given().model;
+    if name == "area" && bench.name == "FrictionBench" {
+        return Ok(Parameter::area());
+    }
+    // The cylinder has them, too; the bench gets the load level that they make.
+    let is_of_load = OF_LOAD.contains(&name) && bench.table().find(name).is_none();
+    let table = if is_of_load { experiment::model("PneumaticServoCylinder").table() } else { bench.table() };
+    let Some(entry) = table.find(name) else {
+        return Err(Refused(format!("there is no parameter {name} of {}", bench.name)));
+    };
+    Parameter::of_variable(entry.variable)
+        .ok_or_else(|| Refused(format!("{name} is no real parameter, so that it cannot be estimated")))
+}
+
+/// Records as segments, whose last share is validation data, and notes.
+fn segments(
+    experiment: &dyn Experiment,
+    records: &[Record],
+    parameters: &[Parameter],
+    validation: f64,
+) -> (Vec<MeasuredSegment>, Vec<String>) {
+    let given = experiment.given();
+    let is_named = |name: &str| given.known.contains_key(name) || parameters.iter().any(|one| one.name == name);
+    let mut notes = Vec::new();
+    let of_record = |(number, record): (usize, &Record)| {
+        let (driven, used, noted) = experiment.prepare(record);
+        notes.extend(noted);
+        let limit = record.time[record.time.len() - 1] * (1.0 - validation);
+        let mut is_validation: Vec<bool> = record.time.iter().map(|time| validation > 0.0 && *time > limit).collect();
+        let fitted = (0..used.len()).filter(|row| used[*row] && !is_validation[*row]).max();
+        if fitted.is_some_and(|last| last + 1 < SHORTEST) {
+            is_validation.fill(true);
+        }
+        let mut begin = given.corrected(experiment.begin(record, &driven));
+        begin.values.retain(|name, _| !is_named(name));
+        begin.estimated.retain(|name| !is_named(name));
+        let whole = Arc::new(Whole { grid: record.grid.clone(), driven: driven.clone() });
+        MeasuredSegment { record: record.clone(), driven, used, is_validation, begin, number, whole }
+    };
+    let segments = records.iter().enumerate().map(of_record).collect();
+    (segments, notes)
+}
+
+/// Sensors of the compared signals, as their data tell them.
+fn sensors(experiment: &dyn Experiment, records: &[Record]) -> Vec<Sensor> {
+    let of = |signal: &&'static str| {
+        let courses: Vec<&[f64]> = records.iter().map(|record| record.of(signal)).collect();
+        Sensor::of(&courses)
+    };
+    experiment.compared().iter().map(of).collect()
+}
+
+fn check_size(
+    experiment: &dyn Experiment,
+    segments: &[MeasuredSegment],
+    parameters: &[Parameter],
+) -> Result<(), Refused> {
+    let rests = |segment: &MeasuredSegment| {
+        let position = segment.record.of("position");
+        span(position) <= RESTING * noise(position)
+    };
+    if experiment.compared().contains(&"position") && segments.iter().all(rests) {
+        return Err(Refused("all at rest: the position never leaves its noise".to_owned()));
+    }
+    let samples: usize = segments.iter().map(|segment| segment.fitted().count()).sum();
+    if samples == 0 {
+        return Err(Refused("all at rest: no sample moves beyond the noise of the position".to_owned()));
+    }
+    for signal in experiment.compared() {
+        if segments.iter().all(|segment| span(segment.record.of(signal)) == 0.0) {
+            let value = segments[0].record.of(signal)[0];
+            return Err(Refused(format!(
+                "{signal} = {value} {} all the time; is it the right column?",
+                unit_of(signal)
+            )));
+        }
+    }
+    let (size, count) = (samples * experiment.compared().len(), parameters.len());
+    if size < SAMPLES * count {
+        return Err(Refused(format!("too short: {size} samples to compare for {count} estimated parameters")));
+    }
+    Ok(())
+}
+
+/// Refuses a start that cannot be simulated at all, with the model's own words.
+fn check_start(runs: &Runs<'_>, problem: &Problem<'_>, start: &[f64]) -> Result<(), NoAnswer> {
+    let differences = runs.differences(&[start.to_vec()], TOLERANCE)?.swap_remove(0);
+    if !problem.residuals(&differences).iter().all(|residual| residual.abs() == FAILED) {
+        return Ok(());
+    }
+    let mut again = Runs { segments: runs.segments.clone(), parameters: runs.parameters.clone(), ..*runs };
+    match again.limit_work(start) {
+        Ok(()) => Ok(()),
+        Err(Refused(why)) => Err(Refused(format!("the start values cannot be simulated: {why}")).into()),
+    }
+}
+
+/// All segments, which begin as a vector of the trained ones says; those without fitted samples as they were measured.
+fn begun(segments: &[MeasuredSegment], trained: &Runs<'_>, x: &[f64]) -> Vec<MeasuredSegment> {
+    let mut begins = trained.begins(x).into_iter();
+    let each = |segment: &MeasuredSegment| {
+        let mut segment = segment.clone();
+        if segment.fitted().next().is_some()
+            && let Some(values) = begins.next()
+        {
+            segment.begin.values = values;
+        }
+        segment
+    };
+    segments.iter().map(each).collect()
+}
+
+/// RMS residual of each signal at the samples that are fitted, or at those of validation; not finite where a run failed.
+fn residuals(runs: &Runs<'_>, readings: &[Option<Vec<Vec<f64>>>], is_validation: bool) -> BTreeMap<&'static str, f64> {
+    let of_signal = |(place, signal): (usize, &&'static str)| {
+        let mut differences = Vec::new();
+        for (segment, readings) in runs.segments.iter().zip(readings) {
+            let rows = (0..segment.used.len())
+                .filter(|row| segment.used[*row] && segment.is_validation[*row] == is_validation);
+            let measured = segment.record.of(signal);
+            differences.extend(rows.map(|row| match readings {
+                Some(readings) => measured[row] - readings[place][row],
+                None => f64::NAN,
+            }));
+        }
+        (!differences.is_empty()).then(|| (*signal, rms(&differences)))
+    };
+    runs.experiment.compared().iter().enumerate().filter_map(of_signal).collect()
+}
+
+/// Curves of all segments.
+fn courses(runs: &Runs<'_>, readings: Vec<Option<Vec<Vec<f64>>>>) -> Vec<Course> {
+    let of_segment = |(segment, readings): (&MeasuredSegment, Option<Vec<Vec<f64>>>)| {
+        let record = &segment.record;
+        let samples = record.time.len();
+        let readings = readings.unwrap_or_else(|| vec![vec![f64::NAN; samples]; runs.experiment.compared().len()]);
+        let pair = |(signal, simulated): (&&'static str, Vec<f64>)| (*signal, record.of(signal).to_vec(), simulated);
+        Course {
+            time: record.time.iter().map(|time| time + record.begin).collect(),
+            readings: runs.experiment.compared().iter().zip(readings).map(pair).collect(),
+        }
+    };
+    runs.segments.iter().zip(readings).map(of_segment).collect()
+}

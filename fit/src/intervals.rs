@@ -1,0 +1,245 @@
+//! Intervals of the parameters, and parameters that are not identifiable.
+
+use nalgebra::DMatrix;
+
+use crate::distributions::student;
+use crate::jacobian::{scale_rows, sensitivities};
+use crate::matrix::{orthogonal, pseudo_inverse, triangle};
+use crate::problem::{Interrupted, Problem, TOLERANCE};
+
+/// Blocks of time that count as independent.
+const BLOCKS: usize = 20;
+/// Records of which the differences tell something.
+const FEWEST: usize = 3;
+/// Singular values below this share of the largest are no information.
+const RANK: f64 = 1e-7;
+/// Share of a parameter in a direction that the residuals do not see, from which on it is not identifiable.
+const TAKES_PART: f64 = 0.1;
+/// Relative distance of inner values at which a value is at its bound.
+const AT_BOUND: f64 = 1e-6;
+
+/// A problem about a solution: linear least squares of the parameters alone.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Linear {
+    /// Derivatives of shape (samples, parameters), where the segments begin as suits them best, in units of the noise.
+    pub derivatives: DMatrix<f64>,
+    /// Residuals in the same units, of variance 1.
+    pub scores: Vec<f64>,
+    /// Block of time of each sample.
+    pub blocks: Vec<usize>,
+    /// Record of each sample.
+    pub records: Vec<usize>,
+}
+
+/// Intervals and what belongs to them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Certainty {
+    /// Lower and upper ends of the 95 % intervals, in SI units.
+    pub intervals: Vec<[f64; 2]>,
+    /// Correlations of the errors.
+    pub correlation: DMatrix<f64>,
+    /// Why the data do not determine a parameter, in the order of the parameters.
+    pub reasons: Vec<Option<&'static str>>,
+}
+
+/// The problem about a solution.
+///
+/// # Errors
+/// [`Interrupted`].
+pub fn linearised(problem: &Problem<'_>, x: &[f64]) -> Result<Linear, Interrupted> {
+    let differences = problem.simulated.differences(&[x.to_vec()], TOLERANCE)?.swap_remove(0);
+    let mut slopes = sensitivities(problem, x, &differences, TOLERANCE, true)?;
+    scale_rows(&mut slopes, &problem.by_sensor(&differences, |sensor, difference| sensor.weight(difference)));
+    let count = problem.parameters.len();
+    let begins = slopes.columns(count, slopes.ncols() - count).into_owned();
+    Ok(Linear {
+        derivatives: orthogonal(slopes.columns(0, count).into_owned(), &begins),
+        scores: problem.by_sensor(&differences, |sensor, difference| sensor.weighted_score(difference)),
+        blocks: problem.blocks(BLOCKS),
+        records: problem.records(),
+    })
+}
+
+/// 95 % intervals from the Jacobian, as wide as the residuals demand.
+///
+/// # Errors
+/// [`Interrupted`].
+pub fn certainty(problem: &Problem<'_>, x: &[f64]) -> Result<Certainty, Interrupted> {
+    let linear = linearised(problem, x)?;
+    let (covariance, factors) = covariance(&linear);
+    Ok(of_covariance(problem, x, &linear, &covariance, &factors))
+}
+
+/// Parameters that the data would hardly tell if nothing but the noise of the sensors were left, at the start values.
+///
+/// # Errors
+/// [`Interrupted`].
+pub fn hidden(problem: &Problem<'_>) -> Result<Vec<Option<&'static str>>, Interrupted> {
+    let x = problem.start();
+    let linear = linearised(problem, &x)?;
+    let factors = vec![student(linear.scores.len()); problem.parameters.len()];
+    Ok(of_covariance(problem, &x, &linear, &white(&linear), &factors).reasons)
+}
+
+fn of_covariance(
+    problem: &Problem<'_>,
+    x: &[f64],
+    linear: &Linear,
+    covariance: &DMatrix<f64>,
+    factors: &[f64],
+) -> Certainty {
+    let count = problem.parameters.len();
+    let blind = blind(&linear.derivatives);
+    let half = |place: usize| {
+        if blind[place] { f64::INFINITY } else { factors[place] * covariance[(place, place)].max(0.0).sqrt() }
+    };
+    let ends: Vec<[f64; 2]> = (0..count).map(|place| [x[place] - half(place), x[place] + half(place)]).collect();
+    let deviation = |place: usize| covariance[(place, place)].sqrt();
+    let correlation = DMatrix::from_fn(count, count, |a, b| {
+        let found = covariance[(a, b)] / (deviation(a) * deviation(b));
+        if found.is_finite() { found } else { 0.0 }
+    });
+    let outer = |(one, ends): (&crate::parameter::Parameter, &[f64; 2])| ends.map(|end| one.outer(end));
+    Certainty {
+        intervals: problem.parameters.iter().zip(&ends).map(outer).collect(),
+        correlation,
+        reasons: undetermined(problem, x, &ends, &blind),
+    }
+}
+
+/// Covariance of the inner values, and the factors from deviations to half intervals.
+///
+/// For each parameter the widest of three: that of independent residuals; that of a jackknife over blocks of time, since
+/// autocorrelated residuals tell less; and that of one over records, which the model may not bring together.
+pub fn covariance(linear: &Linear) -> (DMatrix<f64>, Vec<f64>) {
+    let (number, count) = linear.derivatives.shape();
+    let white = white(linear);
+    let mut wide = vec![1.0; count];
+    let mut factors = vec![student(number.saturating_sub(count)); count];
+    for (labels, least) in [(&linear.blocks, count + 2), (&linear.records, FEWEST)] {
+        let groups = labels.iter().max().map_or(0, |most| most + 1);
+        if groups < least {
+            continue;
+        }
+        let factor = student(groups - 1);
+        for (place, variance) in jackknife(linear, labels, groups).into_iter().enumerate() {
+            let ratio = (variance / white[(place, place)].max(1e-300)).sqrt();
+            if ratio * factor > wide[place] * factors[place] {
+                (wide[place], factors[place]) = (ratio, factor);
+            }
+        }
+    }
+    (DMatrix::from_fn(count, count, |a, b| white[(a, b)] * wide[a] * wide[b]), factors)
+}
+
+/// Covariance of independent residuals. Of a parameter without effect it is 0, which rounding would not leave.
+pub fn white(linear: &Linear) -> DMatrix<f64> {
+    let mut inverse = pseudo_inverse(triangle(&linear.derivatives), RANK);
+    for (mut row, column) in inverse.row_iter_mut().zip(linear.derivatives.column_iter()) {
+        if column.iter().all(|value| *value == 0.0) {
+            row.fill(0.0);
+        }
+    }
+    &inverse * inverse.transpose()
+}
+
+/// Variances by the moves of the parameters as one group of samples after the other is left out.
+fn jackknife(linear: &Linear, labels: &[usize], groups: usize) -> Vec<f64> {
+    let count = linear.derivatives.ncols();
+    let mut parts = vec![(DMatrix::zeros(count, count), DMatrix::zeros(count, 1)); groups];
+    for (row, label) in labels.iter().enumerate() {
+        let (information, slope) = &mut parts[*label];
+        let own = linear.derivatives.row(row);
+        for a in 0..count {
+            slope[(a, 0)] += own[a] * linear.scores[row];
+            for b in 0..count {
+                information[(a, b)] += own[a] * own[b];
+            }
+        }
+    }
+    let mut whole = DMatrix::zeros(count, count);
+    parts.iter().for_each(|(information, _)| whole += information);
+    let mut variances = vec![0.0; count];
+    for (information, slope) in &parts {
+        let moved = pseudo_inverse(&whole - information, RANK * RANK) * slope;
+        variances.iter_mut().zip(moved.iter()).for_each(|(variance, by)| *variance += by * by);
+    }
+    let share = (groups - 1) as f64 / groups as f64;
+    variances.iter().map(|variance| variance * share).collect()
+}
+
+/// Quantiles of one Gauss-Newton step for blocks of time drawn with replacement, as ends of inner values.
+pub fn bootstrap(linear: &Linear, x: &[f64], seed: u64, draws: usize) -> Vec<[f64; 2]> {
+    use crate::arrays::quantile;
+    use crate::distributions::LEVEL;
+    use pneumatic_servo::numbers::random;
+
+    let count = linear.derivatives.ncols();
+    let groups = linear.blocks.iter().max().map_or(0, |most| most + 1);
+    let of_block = |block: usize| {
+        let rows: Vec<usize> = (0..linear.blocks.len()).filter(|row| linear.blocks[*row] == block).collect();
+        let own = linear.derivatives.select_rows(&rows);
+        let scores = DMatrix::from_iterator(rows.len(), 1, rows.iter().map(|row| linear.scores[*row]));
+        (own.tr_mul(&own), own.tr_mul(&scores))
+    };
+    let parts: Vec<_> = (0..groups).map(of_block).collect();
+    let (mut state, mut steps) = (seed, vec![Vec::with_capacity(draws); count]);
+    for _ in 0..draws {
+        let (mut information, mut slope) = (DMatrix::zeros(count, count), DMatrix::zeros(count, 1));
+        for _ in 0..groups {
+            let (own, score) = &parts[(random::next(&mut state) % groups as u64) as usize];
+            information += own;
+            slope += score;
+        }
+        let step = pseudo_inverse(information, RANK * RANK) * slope;
+        steps.iter_mut().zip(step.iter()).for_each(|(steps, step)| steps.push(-step));
+    }
+    let end = |steps: &[f64], share: f64| quantile(steps, share);
+    let both = |steps: &Vec<f64>| [0.5 - 0.5 * LEVEL, 0.5 + 0.5 * LEVEL].map(|share| end(steps, share));
+    steps.iter().zip(x).map(|(steps, x)| both(steps).map(|end| x + end)).collect()
+}
+
+/// Parameters that take part in a direction that the residuals do not see.
+///
+/// It is looked for with the parameters as they are scaled, and with each in units of its own effect: only in these a gain of 50
+/// and the logarithm of a mass that make up for one another take part alike.
+pub fn blind(derivatives: &DMatrix<f64>) -> Vec<bool> {
+    let mut scaled = derivatives.clone();
+    for mut column in scaled.column_iter_mut() {
+        let norm = column.norm();
+        if norm > 0.0 {
+            column /= norm;
+        }
+    }
+    unseen(derivatives).into_iter().zip(unseen(&scaled)).map(|(one, other)| one || other).collect()
+}
+
+fn unseen(derivatives: &DMatrix<f64>) -> Vec<bool> {
+    let svd = triangle(derivatives).svd(false, true);
+    let largest = svd.singular_values.max();
+    let directions = svd.v_t.expect("asked for");
+    let takes_part = |place: usize| {
+        let mut pairs = svd.singular_values.iter().zip(directions.column(place));
+        pairs.any(|(value, share)| *value < RANK * largest && share.abs() > TAKES_PART)
+    };
+    (0..derivatives.ncols()).map(|place| largest == 0.0 || takes_part(place)).collect()
+}
+
+fn undetermined(problem: &Problem<'_>, x: &[f64], ends: &[[f64; 2]], blind: &[bool]) -> Vec<Option<&'static str>> {
+    let reason = |(place, one): (usize, &crate::parameter::Parameter)| {
+        let ([low, high], [least, most]) = (ends[place], one.inner_bounds());
+        let half = 0.5 * (high - low);
+        if blind[place] || !half.is_finite() {
+            Some("the data do not change with it, or only with a combination of parameters")
+        } else if (most - least).is_finite() && low <= least && high >= most {
+            Some("its interval is wider than its bounds")
+        } else if one.is_logarithmic() && half > 1.0 {
+            Some("its interval is wider than from a third to three times its value")
+        } else if [least, most].iter().any(|bound| (x[place] - bound).abs() < AT_BOUND * x[place].abs().max(1.0)) {
+            Some("it is at a bound")
+        } else {
+            None
+        }
+    };
+    problem.parameters.iter().enumerate().map(reason).collect()
+}

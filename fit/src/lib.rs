@@ -1,0 +1,28 @@
+//! Identification: parameters of a model from measured data.
+//!
+//! A [`Problem`](problem::Problem) compares measured segments with their simulation. A search makes the residuals least within
+//! bounds and from several starts ([`search`]); its derivatives become intervals, and name the parameters that the data do not
+//! determine ([`intervals`]). The Python package and the page of the browser call the same functions.
+
+#![forbid(unsafe_code)]
+
+pub mod arrays;
+pub mod distributions;
+pub mod experiment;
+pub mod fitting;
+pub mod guess;
+pub mod intervals;
+pub mod jacobian;
+pub mod matrix;
+pub mod nonnegative;
+pub mod parameter;
+pub mod problem;
+pub mod record;
+mod refused;
+mod runs;
+pub mod search;
+pub mod sensor;
+pub mod smoothing;
+pub mod verdict;
+
+pub use refused::Refused;

@@ -1,0 +1,167 @@
+//! Estimated parameters: bounds, and how a search sees them.
+
+use std::collections::BTreeMap;
+
+use pneumatic_servo::variables::{Kind, Role, Variable};
+
+use crate::refused::Refused;
+
+/// Values of parameters by name, in SI units.
+pub type Values = BTreeMap<String, f64>;
+
+/// Without bounds a positive parameter may be so many times smaller or larger than its start.
+pub const SPAN: f64 = 1e3;
+
+/// A parameter that is estimated. A search sees its logarithm, or its value in units of its scale: the inner value.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Parameter {
+    /// A parameter of the model, `gain.SIGNAL`, `offset.SIGNAL`, `delay.SIGNAL`, `lag.SIGNAL`, or a property of a bench.
+    pub name: String,
+    /// SI unit.
+    pub unit: String,
+    /// Start value; NaN where only the data tell it.
+    pub start: f64,
+    /// Bounds.
+    pub bounds: [f64; 2],
+    /// Magnitude of its changes; 0 for a parameter whose logarithm is estimated.
+    pub scale: f64,
+    /// Whether the user gave the start.
+    pub is_given: bool,
+    /// Whether the user gave the bounds.
+    pub is_bounded: bool,
+    /// Smallest and largest value that the model accepts.
+    pub legal: [f64; 2],
+}
+
+impl Parameter {
+    /// Whether a search sees the logarithm.
+    pub fn is_logarithmic(&self) -> bool {
+        self.scale == 0.0
+    }
+
+    /// The inner value.
+    pub fn inner(&self, value: f64) -> f64 {
+        if self.is_logarithmic() { libm::log(value) } else { value / self.scale }
+    }
+
+    /// The value of an inner one.
+    pub fn outer(&self, inner: f64) -> f64 {
+        if self.is_logarithmic() { libm::exp(inner) } else { inner * self.scale }
+    }
+
+    /// The inner bounds.
+    pub fn inner_bounds(&self) -> [f64; 2] {
+        let inner =
+            |bound: f64| if self.is_logarithmic() && bound <= 0.0 { f64::NEG_INFINITY } else { self.inner(bound) };
+        self.bounds.map(inner)
+    }
+
+    /// The same with a start from the data, within the bounds; those of a logarithm that nobody gave move along.
+    pub fn at(&self, start: f64) -> Self {
+        let mut moved = self.clone();
+        if self.is_given || !start.is_finite() || (self.is_logarithmic() && start <= 0.0) {
+            return moved;
+        }
+        if self.is_logarithmic() {
+            let [low, high] = self.bounds;
+            moved.bounds = [low.min(start / SPAN).max(self.legal[0]), high.max(start * SPAN).min(self.legal[1])];
+        }
+        moved.start = start.max(moved.bounds[0]).min(moved.bounds[1]);
+        moved
+    }
+}
+
+/// Values of parameters by name, of a vector that begins with their inner values.
+pub fn values(parameters: &[Parameter], x: &[f64]) -> Values {
+    parameters.iter().zip(x).map(|(one, x)| (one.name.clone(), one.outer(*x))).collect()
+}
+
+/// Magnitudes of the offsets of sensors, by SI unit.
+const OFFSETS: [(&str, f64); 9] = [
+    ("m", 1e-4),
+    ("N", 1.0),
+    ("Pa", 1e3),
+    ("m/s", 1e-2),
+    ("V", 0.1),
+    ("rad", 1e-3),
+    ("rad/s", 1e-2),
+    ("N.m", 1.0),
+    ("A", 0.1),
+];
+const ANY: [f64; 2] = [f64::NEG_INFINITY, f64::INFINITY];
+/// Longest delay and lag of a sensor in s, and the magnitude of their changes.
+const LATE: f64 = 0.5;
+const DELAY: f64 = 0.02;
+
+impl Parameter {
+    fn new(name: &str, unit: &str, start: f64, bounds: [f64; 2], scale: f64) -> Self {
+        let (name, unit) = (name.to_owned(), unit.to_owned());
+        Self { name, unit, start, bounds, scale, is_given: false, is_bounded: false, legal: ANY }
+    }
+
+    /// The gain, offset, delay or lag of the sensor of a signal in an SI unit; nothing for another kind.
+    pub fn of_sensor(kind: &str, signal: &str, unit: &str) -> Option<Self> {
+        let name = format!("{kind}.{signal}");
+        match kind {
+            "gain" => Some(Self::new(&name, "1", 1.0, ANY, 1.0)),
+            "offset" => {
+                let scale = OFFSETS.iter().find(|(known, _)| *known == unit).map_or(1.0, |(_, scale)| *scale);
+                Some(Self::new(&name, unit, 0.0, ANY, scale))
+            }
+            "delay" => Some(Self::new(&name, "s", 0.0, [-LATE, LATE], DELAY)),
+            "lag" => Some(Self { legal: [0.0, f64::INFINITY], ..Self::new(&name, "s", 0.0, [0.0, LATE], DELAY) }),
+            _ => None,
+        }
+    }
+
+    /// The effective area of a seal, whose start only the data tell.
+    pub fn area() -> Self {
+        Self::new("area", "m2", f64::NAN, ANY, 1e-4)
+    }
+
+    /// A real parameter of a model; nothing for another variable.
+    pub fn of_variable(variable: &Variable) -> Option<Self> {
+        let (Kind::Real(unit), Role::Fixed | Role::Tunable, Some(start)) =
+            (variable.kind, variable.role, variable.start)
+        else {
+            return None;
+        };
+        let legal = [variable.min.unwrap_or(f64::NEG_INFINITY), variable.max.unwrap_or(f64::INFINITY)];
+        let [least, most] = legal;
+        // Viscous friction, heat transfer and the like may well be 0, which has no logarithm.
+        let may_be_zero = ["N.s/m", "W/(m2.K)"].contains(&unit.name);
+        if least >= 0.0 && start > 0.0 && !may_be_zero && most > 1.0 {
+            let bounds = [least.max(start / SPAN), most.min(start * SPAN)];
+            return Some(Self { legal, ..Self::new(&variable.name, unit.name, start, bounds, 0.0) });
+        }
+        let usual = if unit.name == "1/Pa" { 1e-6 } else { 1.0 };
+        let nominal = variable.nominal.filter(|nominal| *nominal != 0.0).unwrap_or(usual);
+        let scale = if start == 0.0 { nominal } else { start.abs() };
+        Some(Self { legal, ..Self::new(&variable.name, unit.name, start, legal, scale) })
+    }
+
+    /// The same with a start that the user gives.
+    ///
+    /// # Errors
+    /// [`Refused`] for a start that the model does not accept.
+    pub fn starting_at(self, start: f64) -> Result<Self, Refused> {
+        let [least, most] = self.legal;
+        if !(least..=most).contains(&start) {
+            return Err(Refused(format!(
+                "{}: the start {start} is not within {least} to {most} {}",
+                self.name, self.unit
+            )));
+        }
+        let given = Self { start, is_given: true, ..self };
+        if !given.is_logarithmic() {
+            return Ok(given);
+        }
+        if start <= 0.0 {
+            let [low, high] = given.bounds;
+            return Ok(Self { scale: high.abs().max(1e-300), bounds: [low.min(0.0), high], ..given });
+        }
+        let is_usual = (given.bounds[0]..=given.bounds[1]).contains(&start);
+        let [least, most] = if is_usual { given.bounds } else { given.legal };
+        Ok(Self { bounds: [least.max(start / SPAN), most.min(start * SPAN)], ..given })
+    }
+}

@@ -1,0 +1,168 @@
+//! Records: measured signals over time without gaps, ready to be compared.
+
+use std::collections::BTreeMap;
+
+use crate::arrays::{differences, interpolate, median, span};
+use crate::refused::Refused;
+
+/// Intervals longer than so many usual ones, and than so many s, split a record: a few lost samples tell less than a new
+/// beginning costs.
+const GAP: f64 = 5.0;
+const LOST: f64 = 0.02;
+/// Samples without which a record tells too little.
+const SHORTEST: usize = 50;
+/// Intervals in s that no rig has, as they are too long or too short.
+const INTERVALS: [f64; 2] = [1e-6, 0.5];
+
+/// Signals by name, in SI units.
+pub type Signals = BTreeMap<String, Vec<f64>>;
+
+/// Measured signals, sampled without gaps.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Record {
+    /// Times in s, from 0.
+    pub time: Vec<f64>,
+    /// Time in s of the table that is 0 here.
+    pub begin: f64,
+    /// The usual interval between samples in s.
+    pub step: f64,
+    /// Communication points of a simulation in s: the usual interval, up to the end.
+    pub grid: Vec<f64>,
+    /// Signals without time.
+    pub signals: Signals,
+}
+
+impl Record {
+    /// A record from times that begin with 0.
+    pub fn new(time: Vec<f64>, begin: f64, signals: Signals) -> Self {
+        let step = median(&differences(&time));
+        let last = (time[time.len() - 1] / step + 1e-6).floor() as usize;
+        let grid = (0..=last).map(|point| point as f64 * step).collect();
+        Self { time, begin, step, grid, signals }
+    }
+
+    /// Samples of a signal.
+    ///
+    /// # Panics
+    /// If it is not measured.
+    pub fn of(&self, signal: &str) -> &[f64] {
+        self.signals.get(signal).unwrap_or_else(|| panic!("the record has no {signal}"))
+    }
+
+    /// A signal at the communication points, on straight lines between its samples.
+    pub fn on_grid(&self, signal: &str) -> Vec<f64> {
+        interpolate(self.grid.iter().copied(), &self.time, self.of(signal))
+    }
+
+    /// Samples from one index up to another.
+    pub fn part(&self, first: usize, last: usize) -> Self {
+        let start = self.time[first];
+        let signals = self.signals.iter().map(|(name, values)| (name.clone(), values[first..last].to_vec())).collect();
+        Self::new(self.time[first..last].iter().map(|time| time - start).collect(), self.begin + start, signals)
+    }
+}
+
+/// Splits signals at gaps: the records, and notes on the parts that are too short.
+///
+/// # Errors
+/// [`Refused`] for data that are no signals over time, or of which nothing can be learned.
+pub fn split(name: &str, mut signals: Signals) -> Result<(Vec<Record>, Vec<String>), Refused> {
+    let time = signals.remove("time").ok_or_else(|| Refused(format!("{name}: there is no time")))?;
+    for (signal, values) in &signals {
+        if values.len() != time.len() {
+            return Err(Refused(format!("{name}: {signal} has {} samples, time {}", values.len(), time.len())));
+        }
+    }
+    if time.len() < 2 {
+        return Err(Refused(format!("{name}: too short, a single sample; at least {SHORTEST} are needed")));
+    }
+    let intervals = differences(&time);
+    if let Some(row) = intervals.iter().position(|interval| interval.is_nan() || *interval <= 0.0) {
+        return Err(Refused(format!("{name}: time must rise, but {} s follows {} s", time[row + 1], time[row])));
+    }
+    let long = (GAP * median(&intervals)).max(LOST);
+    let gaps = intervals.iter().enumerate().filter(|(_, interval)| **interval > long).map(|(row, _)| row + 1);
+    let ends: Vec<usize> = std::iter::once(0).chain(gaps).chain([time.len()]).collect();
+    let begin = time[0];
+    let whole = Record::new(time.iter().map(|time| time - begin).collect(), begin, signals);
+    let pieces = ends.windows(2).map(|ends| (ends[0], ends[1]));
+    let used: Vec<(usize, usize)> = pieces.clone().filter(|(first, last)| last - first >= SHORTEST).collect();
+    if used.is_empty() {
+        let most = pieces.map(|(first, last)| last - first).max().unwrap_or(0);
+        return Err(Refused(format!(
+            "{name}: too short, {most} samples without a gap; at least {SHORTEST} are needed"
+        )));
+    }
+    let number = ends.len() - 1;
+    let notes = match number {
+        1 => vec![],
+        _ => vec![format!("split at {} gaps, {} pieces too short to use", number - 1, number - used.len())],
+    };
+    let records: Vec<Record> = used.into_iter().map(|(first, last)| whole.part(first, last)).collect();
+    check_motion(&records)?;
+    check_intervals(&records)?;
+    Ok((records, notes))
+}
+
+/// Refuses a motion that never changes.
+fn check_motion(records: &[Record]) -> Result<(), Refused> {
+    for signal in ["position", "velocity"] {
+        let mut courses = records.iter().filter_map(|record| record.signals.get(signal)).peekable();
+        if courses.peek().is_some() && courses.all(|course| span(course) == 0.0) {
+            return Err(Refused(format!(
+                "{signal} never changes: all at rest, so that nothing can be learned of friction"
+            )));
+        }
+    }
+    Ok(())
+}
+
+/// Refuses intervals within which a carriage does all that it does, or that no rig has.
+fn check_intervals(records: &[Record]) -> Result<(), Refused> {
+    let [least, most] = INTERVALS;
+    let wrong = |step: f64| match step {
+        step if step > most => {
+            Some(format!("samples are {step} s apart, between which a carriage does all that it does; is time in ms?"))
+        }
+        step if step < least => Some(format!("samples are {step} s apart, which no rig has; is time in s?")),
+        _ => None,
+    };
+    records.iter().find_map(|record| wrong(record.step)).map_or(Ok(()), |problem| Err(Refused(problem)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn signals(time: Vec<f64>) -> Signals {
+        let position = time.iter().map(|time| libm::sin(*time)).collect();
+        [("time".to_owned(), time), ("position".to_owned(), position)].into()
+    }
+
+    #[test]
+    fn a_table_is_split_at_gaps_and_short_pieces_are_told() {
+        let piece = |begin: f64, count: u32| (0..count).map(move |k| begin + 0.01 * f64::from(k));
+        let time: Vec<f64> = piece(1.0, 60).chain(piece(3.0, 20)).chain(piece(5.0, 80)).collect();
+        let (records, notes) = split("rig.csv", signals(time)).expect("two records");
+        assert_eq!(
+            records.iter().map(|record| (record.begin, record.time.len())).collect::<Vec<_>>(),
+            [(1.0, 60), (5.0, 80)]
+        );
+        assert_eq!(notes, ["split at 2 gaps, 1 pieces too short to use"]);
+        assert!((records[1].step - 0.01).abs() < 1e-12 && records[1].grid.len() == 80);
+    }
+
+    #[test]
+    fn data_of_which_nothing_can_be_learned_are_refused() {
+        let refused = |time: Vec<f64>, of: fn(f64) -> f64| {
+            let mut data = signals(time);
+            data.get_mut("position").expect("a position").iter_mut().for_each(|value| *value = of(*value));
+            split("rig.csv", data).expect_err("a refusal").0
+        };
+        let rise: Vec<f64> = (0..100).map(|k| 0.01 * f64::from(k)).collect();
+        assert!(refused(rise[..20].to_vec(), |x| x).contains("too short, 20 samples"));
+        assert!(refused(rise.clone(), |_| 1.0).contains("position never changes"));
+        assert!(refused(rise.iter().map(|t| 1e3 * t).collect(), |x| x).contains("is time in ms?"));
+        assert!(refused(rise.iter().rev().copied().collect(), |x| x).contains("time must rise"));
+    }
+}

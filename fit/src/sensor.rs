@@ -1,0 +1,232 @@
+//! A sensor: how likely its readings are if a simulation is true.
+
+use crate::arrays::{extremes, line, median, rms};
+use crate::distributions::log_normal;
+use crate::smoothing::noise;
+
+/// Noise of so many steps of a converter hides it: the sum of both is as good as normal.
+const COARSE: f64 = 2.0;
+/// Share of the step of a converter below which noise is not searched.
+const FINEST: f64 = 0.02;
+/// Smallest noise of a sensor in SI units.
+const LEAST: f64 = 1e-12;
+/// Values that deviate from a lattice by more than this share of its step were not made by a converter.
+const ON_LATTICE: f64 = 0.1;
+/// Relative accuracy of a noise.
+const EXACTNESS: f64 = 0.01;
+
+/// Normal noise, and perhaps a converter that rounds.
+///
+/// The rounding errors of a carriage at rest are all the same, so that least squares would take them for motion. A reading of a
+/// coarse converter tells only between which two values the noisy signal was:
+///
+/// ```text
+/// P(d) = Phi((d + step/2)/noise) - Phi((d - step/2)/noise)      d: reading minus simulation
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sensor {
+    /// Standard deviation of the noise, in SI units.
+    pub noise: f64,
+    /// Step of the converter; 0 without one.
+    pub step: f64,
+    /// Whether readings are taken as ranges.
+    pub is_coarse: bool,
+}
+
+impl Sensor {
+    /// Noise and rounding together, and the converter, from measured courses of a signal.
+    pub fn of(courses: &[&[f64]]) -> Self {
+        let ends = courses.iter().map(|course| extremes(course));
+        let magnitude = ends.fold(0.0, |most: f64, (low, high)| most.max(low.abs()).max(high.abs()));
+        let estimates: Vec<f64> = courses.iter().map(|course| noise(course)).collect();
+        let noise = median(&estimates).max(1e-9 * magnitude).max(LEAST);
+        Self { noise, step: converter(&courses.concat()), is_coarse: false }
+    }
+
+    /// Standard deviation of noise and rounding together.
+    pub fn whole_noise(&self) -> f64 {
+        (self.noise * self.noise + self.step * self.step / 12.0).sqrt()
+    }
+
+    /// The sensor whose noise makes differences most likely.
+    pub fn with_noise_of(self, differences: &[f64]) -> Self {
+        let rms = rms(differences).max(LEAST);
+        if rms >= COARSE * self.step {
+            return Self { noise: rms, is_coarse: false, ..self };
+        }
+        let of = |logarithm: f64| Self { noise: libm::exp(logarithm), is_coarse: true, ..self };
+        let cost = |logarithm: f64| {
+            let sensor = of(logarithm);
+            -differences.iter().map(|difference| sensor.log_likelihood(*difference)).sum::<f64>()
+        };
+        of(minimum(cost, libm::log(FINEST * self.step), libm::log(COARSE * self.step), EXACTNESS))
+    }
+
+    /// Summand of least squares: the signed root of twice what the logarithm of P lacks to its best.
+    pub fn residual(&self, difference: f64) -> f64 {
+        if !self.is_coarse {
+            return difference / self.noise;
+        }
+        let lack = (self.log_likelihood(0.0) - self.log_likelihood(difference)).max(0.0);
+        sign(difference) * (2.0 * lack).sqrt()
+    }
+
+    /// Logarithm of the density of readings, in 1/unit; of a coarse converter that of P over its step.
+    pub fn log_density(&self, difference: f64) -> f64 {
+        if self.is_coarse {
+            return self.log_likelihood(difference) - libm::log(self.step);
+        }
+        let share = difference / self.noise;
+        -0.5 * share * share - libm::log(std::f64::consts::TAU.sqrt() * self.noise)
+    }
+
+    /// Derivative of the residual.
+    pub fn slope(&self, difference: f64) -> f64 {
+        if !self.is_coarse {
+            return 1.0 / self.noise;
+        }
+        // Next to its middle the residual is as good as straight; the quotient is not.
+        let near = 1e-3 * self.noise;
+        if difference.abs() > near {
+            return -self.score(difference) / self.residual(difference);
+        }
+        self.residual(near) / near
+    }
+
+    /// Derivative of the logarithm of P against the simulation, in units of the weight: of variance 1.
+    pub fn weighted_score(&self, difference: f64) -> f64 {
+        if self.is_coarse { -self.score(difference) / self.weight(difference) } else { difference / self.noise }
+    }
+
+    /// Root of the information that a reading is expected to have about the simulation.
+    pub fn weight(&self, difference: f64) -> f64 {
+        if !self.is_coarse {
+            return 1.0 / self.noise;
+        }
+        let reach = (6.0 * self.noise / self.step).ceil() as i32 + 1;
+        // Deviation of the simulation from the nearest value of the converter: all readings are expected from there.
+        let offset = difference - self.step * (difference / self.step).round_ties_even();
+        let information = |reading: i32| {
+            let shifted = offset + self.step * f64::from(reading);
+            let score = self.score(shifted);
+            libm::exp(self.log_likelihood(shifted)) * score * score
+        };
+        let whole: f64 = (-reach..=reach).map(information).sum();
+        let least = 1e-6 / self.noise;
+        whole.max(least * least).sqrt()
+    }
+
+    /// Ends of the range of a reading in units of the noise, as P sees them: it is even.
+    fn ends(&self, difference: f64) -> (f64, f64) {
+        let (half, distance) = (0.5 * self.step, difference.abs());
+        ((half - distance) / self.noise, (-half - distance) / self.noise)
+    }
+
+    /// Logarithm of P, without the loss of digits in the tails.
+    fn log_likelihood(&self, difference: f64) -> f64 {
+        let (upper, lower) = self.ends(difference);
+        let (high, low) = (log_normal(upper), log_normal(lower));
+        high + libm::log1p(-libm::exp(low - high))
+    }
+
+    /// Derivative of the logarithm of P.
+    fn score(&self, difference: f64) -> f64 {
+        let (upper, lower) = self.ends(difference);
+        let likelihood = self.log_likelihood(difference) + 0.5 * libm::log(std::f64::consts::TAU);
+        let density = |end: f64| libm::exp(-0.5 * end * end - likelihood);
+        -sign(difference) * (density(upper) - density(lower)) / self.noise
+    }
+}
+
+/// 1, -1, or 0 for 0.
+fn sign(value: f64) -> f64 {
+    if value == 0.0 { 0.0 } else { value.signum() }
+}
+
+/// Step of the converter on whose lattice the values lie; 0 if they lie on none.
+pub fn converter(values: &[f64]) -> f64 {
+    let mut levels = values.to_vec();
+    levels.sort_by(f64::total_cmp);
+    levels.dedup();
+    if levels.len() < 2 {
+        return 0.0;
+    }
+    let jumps = || levels.windows(2).map(|pair| pair[1] - pair[0]);
+    let smallest = jumps().fold(f64::INFINITY, f64::min);
+    let mut number = 0.0;
+    let mut numbers = vec![0.0];
+    for jump in jumps() {
+        number += (jump / smallest).round_ties_even();
+        numbers.push(number);
+    }
+    let (step, first) = line(&numbers, &levels);
+    let is_on = |(number, level): (&f64, &f64)| (level - first - step * number).abs() < ON_LATTICE * step;
+    if numbers.iter().zip(&levels).all(is_on) { step } else { 0.0 }
+}
+
+/// Place of the minimum of a function with one hollow, by golden sections (J. Kiefer, Proceedings of the AMS 4, 1953).
+fn minimum(of: impl Fn(f64) -> f64, low: f64, high: f64, within: f64) -> f64 {
+    let share = 0.5 * (5f64.sqrt() - 1.0);
+    let (mut a, mut b) = (low, high);
+    let (mut c, mut d) = (b - share * (b - a), a + share * (b - a));
+    let (mut at_c, mut at_d) = (of(c), of(d));
+    while b - a > within {
+        if at_c < at_d {
+            (b, d, at_d) = (d, c, at_c);
+            c = b - share * (b - a);
+            at_c = of(c);
+        } else {
+            (a, c, at_c) = (c, d, at_d);
+            d = a + share * (b - a);
+            at_d = of(d);
+        }
+    }
+    0.5 * (a + b)
+}
+
+#[cfg(test)]
+mod tests {
+    use pneumatic_servo::numbers::random;
+
+    use super::*;
+
+    fn rounded(noise: f64, step: f64) -> Vec<f64> {
+        let mut state = 3;
+        // A simulation anywhere between the steps of the converter, and what is read of it.
+        let one = |_| {
+            let truth = random::uniform(&mut state);
+            step * ((truth + noise * random::normal(&mut state)) / step).round() - truth
+        };
+        (0..4000).map(one).collect()
+    }
+
+    #[test]
+    fn noise_below_the_step_of_a_converter_is_found() {
+        for (noise, is_coarse) in [(0.03, true), (0.1, true), (0.5, false)] {
+            let sensor = Sensor { noise: 1.0, step: 0.1, is_coarse: false }.with_noise_of(&rounded(noise, 0.1));
+            assert_eq!(sensor.is_coarse, is_coarse, "{noise}");
+            assert!((sensor.noise / noise - 1.0).abs() < 0.06, "{noise}: {}", sensor.noise);
+        }
+    }
+
+    /// Residuals have the slopes, and scores the variance, that they promise.
+    #[test]
+    fn slopes_are_derivatives_and_scores_have_variance_one() {
+        let sensor = Sensor { noise: 0.03, step: 0.1, is_coarse: true };
+        for difference in [-2.0, -0.07, -1e-5, 0.0, 0.02, 0.05, 0.3, 5.0] {
+            let quotient = (sensor.residual(difference + 1e-6) - sensor.residual(difference - 1e-6)) / 2e-6;
+            let slope = sensor.slope(difference);
+            assert!((slope / quotient - 1.0).abs() < 1e-3, "{difference}: {slope}, not {quotient}");
+        }
+        let scores: Vec<f64> = rounded(0.03, 0.1).iter().map(|d| sensor.weighted_score(*d)).collect();
+        assert!((rms(&scores) - 1.0).abs() < 0.05, "{}", rms(&scores));
+    }
+
+    #[test]
+    fn a_converter_is_known_by_its_lattice() {
+        let lattice: Vec<f64> = [3, 7, 7, 8, 20, -4].iter().map(|k| 0.1 + 0.05 * f64::from(*k)).collect();
+        assert!((converter(&lattice) - 0.05).abs() < 1e-12);
+        assert_eq!(converter(&[0.0, 1.0, 2.45, 3.1, 4.8]), 0.0);
+        assert_eq!(converter(&[2.0, 2.0]), 0.0);
+    }
+}

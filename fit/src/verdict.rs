@@ -1,0 +1,189 @@
+//! The worth of a fit: a traffic light, and findings in words.
+
+use crate::arrays::mean;
+use crate::fitting::{Answer, unit_of};
+
+/// Share of a signal's standard deviation that no model of it leaves as residual.
+const MISSED: f64 = 0.5;
+/// A residual of so many times the noise of a sensor shows an error of the model.
+const LOUD: f64 = 3.0;
+/// Validation data whose residual is so many times that of the fitted data are predicted badly, or not at all.
+const OFF: [f64; 2] = [1.5, 3.0];
+
+/// A light, the worst last.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Light {
+    /// The law describes the data as far as they tell.
+    Green,
+    /// Something has to be looked at before the values are used.
+    Yellow,
+    /// The values do not describe the machine.
+    Red,
+}
+
+impl Light {
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Green => "green",
+            Self::Yellow => "yellow",
+            Self::Red => "red",
+        }
+    }
+
+    /// Its meaning in a sentence, without the full stop.
+    pub fn head(self) -> &'static str {
+        match self {
+            Self::Green => "The law describes the data as far as they tell",
+            Self::Yellow => "Look at this before the values are used",
+            Self::Red => "These values do not describe the machine",
+        }
+    }
+}
+
+/// One reason for a light, in a sentence without the full stop.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Finding {
+    /// Its light.
+    pub light: Light,
+    /// Its sentence.
+    pub text: String,
+}
+
+/// Findings, the worst first, and the light of the worst.
+pub fn verdict(answer: &Answer) -> (Light, Vec<Finding>) {
+    let mut findings = of_search(answer);
+    findings.extend(of_residuals(answer));
+    findings.extend(of_prediction(answer));
+    findings.sort_by_key(|finding| std::cmp::Reverse(finding.light));
+    (findings.first().map_or(Light::Green, |finding| finding.light), findings)
+}
+
+fn of_search(answer: &Answer) -> Vec<Finding> {
+    let end = format!("The search has not come to an end: {}", answer.message);
+    let search = (!answer.converged).then_some(Finding { light: Light::Red, text: end });
+    let untold = answer.estimates.iter().filter_map(|one| {
+        let text = format!("{} is not identifiable: {}", one.parameter.0, one.undetermined?);
+        Some(Finding { light: Light::Yellow, text })
+    });
+    search.into_iter().chain(untold).collect()
+}
+
+fn of_residuals(answer: &Answer) -> Vec<Finding> {
+    let of_signal = |(signal, rms): (&&'static str, &f64)| {
+        let spread = spread(answer, signal);
+        let noise = answer.noise.get(signal).copied().unwrap_or(f64::INFINITY);
+        let (unit, residual) = (unit_of(signal), format!("RMS residual of {signal}: {}", short(*rms)));
+        let is_missed = rms.is_nan() || *rms > MISSED * spread;
+        let (light, text) = match rms / noise {
+            _ if is_missed => (
+                Light::Red,
+                format!(
+                    "{residual} {unit}, and the signal varies by {} {unit}: look at signs, units, and the supply, mass and \
+                     bore that were assumed",
+                    short(spread)
+                ),
+            ),
+            times if times > LOUD => (
+                Light::Yellow,
+                format!(
+                    "{residual} {unit}, {} times the noise of its sensor: the law, or a fixed parameter, misses something",
+                    short(times)
+                ),
+            ),
+            _ => (Light::Green, format!("{residual} {unit}, about the noise of its sensor")),
+        };
+        Finding { light, text }
+    };
+    answer.rms.iter().map(of_signal).collect()
+}
+
+/// Standard deviation of the measured samples of a signal.
+fn spread(answer: &Answer, signal: &str) -> f64 {
+    let courses = answer.courses.iter().flat_map(|course| &course.readings);
+    let measured: Vec<f64> =
+        courses.filter(|(name, ..)| *name == signal).flat_map(|(_, measured, _)| measured.iter().copied()).collect();
+    let middle = mean(&measured);
+    let squares: Vec<f64> = measured.iter().map(|value| (value - middle) * (value - middle)).collect();
+    mean(&squares).sqrt()
+}
+
+fn of_prediction(answer: &Answer) -> Vec<Finding> {
+    let of_signal = |(signal, validation): (&&'static str, &f64)| {
+        let ratio = validation / answer.rms.get(signal).copied().unwrap_or(0.0).max(1e-300);
+        let [off, far] = OFF;
+        let light = match ratio {
+            ratio if ratio <= off => Light::Green,
+            ratio if ratio <= far => Light::Yellow,
+            _ => Light::Red,
+        };
+        let text = format!(
+            "The residual of the validation data of {signal} is {} times that of the fitted data",
+            short(ratio)
+        );
+        Finding { light, text }
+    };
+    answer.validation_rms.iter().map(of_signal).collect()
+}
+
+/// A number of three digits.
+fn short(value: f64) -> String {
+    if value == 0.0 || !value.is_finite() {
+        return format!("{value}");
+    }
+    let exponent = libm::floor(libm::log10(value.abs())) as i32;
+    if !(-4..6).contains(&exponent) {
+        return format!("{value:.2e}");
+    }
+    let text = format!("{value:.*}", (2 - exponent).max(0) as usize);
+    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fitting::{Course, Estimate};
+
+    /// A fit that leaves an RMS residual of a position that varies by 1 and has a noise of 0.001.
+    fn answer(rms: f64) -> Answer {
+        let measured: Vec<f64> = (0..1000).map(|k| 2f64.sqrt() * libm::sin(0.1 * f64::from(k))).collect();
+        Answer {
+            converged: true,
+            message: "ended".to_owned(),
+            estimates: vec![],
+            rms: [("position", rms)].into(),
+            validation_rms: [].into(),
+            noise: [("position", 1e-3)].into(),
+            notes: vec![],
+            validation_from: None,
+            courses: vec![Course { time: vec![], readings: vec![("position", measured, vec![])] }],
+        }
+    }
+
+    #[test]
+    fn a_fit_is_judged_by_its_residuals_and_not_by_the_end_of_its_search() {
+        for (rms, light) in [(1e-3, Light::Green), (0.05, Light::Yellow), (0.6, Light::Red), (f64::NAN, Light::Red)] {
+            assert_eq!(verdict(&answer(rms)).0, light, "{rms}");
+        }
+        let (_, findings) = verdict(&answer(0.6));
+        assert!(findings[0].text.contains("position") && findings[0].text.contains("supply, mass and bore"));
+        assert_eq!(verdict(&Answer { converged: false, ..answer(1e-3) }).0, Light::Red);
+        for (validation, light) in [(1.2e-3, Light::Green), (2e-3, Light::Yellow), (4e-3, Light::Red)] {
+            let judged = Answer { validation_rms: [("position", validation)].into(), ..answer(1e-3) };
+            assert_eq!(verdict(&judged).0, light, "{validation}");
+        }
+        let parameter = ("friction.stribeck.Fc".to_owned(), "N".to_owned());
+        let estimate = Estimate { parameter, value: 1.0, interval: [0.0, 2.0], undetermined: Some("it is at a bound") };
+        let (light, findings) = verdict(&Answer { estimates: vec![estimate], ..answer(1e-3) });
+        assert_eq!(
+            (light, findings[0].text.as_str()),
+            (Light::Yellow, "friction.stribeck.Fc is not identifiable: it is at a bound")
+        );
+    }
+
+    #[test]
+    fn numbers_have_three_digits() {
+        let shown = [0.0, 1.0, 12.345, 0.001_234_5, 123_456.0, 1.5e-7].map(short);
+        assert_eq!(shown, ["0", "1", "12.3", "0.00123", "123456", "1.50e-7"]);
+    }
+}
