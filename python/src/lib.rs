@@ -7,6 +7,7 @@
 
 mod abreast;
 mod failure;
+mod fit;
 mod fleet;
 mod gradient;
 mod many;
@@ -42,6 +43,7 @@ fn fill(module: &Bound<'_, PyModule>) -> PyResult<()> {
     // NumPy's interface is loaded with the first array: here, where an interrupt meets nothing but an import.
     module.py().import("numpy")?;
     PyArray1::<f64>::zeros(module.py(), 0, false);
+    fit::fill(module)?;
     module.add_class::<fleet::Fleet>()?;
     module.add_class::<model::Model>()?;
     module.add_class::<simulation::SavedState>()?;

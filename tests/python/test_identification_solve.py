@@ -1,8 +1,9 @@
-"""How a fit searches: short problems that stand for long ones, and no more starts than are needed."""
+"""How a fit searches: no more starts and steps than are needed."""
 
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 from types import SimpleNamespace
@@ -14,10 +15,10 @@ import pytest
 from bounds import assert_close
 from numpy.typing import NDArray
 from pneumatic_servo.cli import main
-from pneumatic_servo.identification.compression import ROWS, compressed, triangle
+from pneumatic_servo.identification.compression import ROWS, triangle
 from pneumatic_servo.identification.fitting import _check_size, _told_early
-from pneumatic_servo.identification.solve import LOOKED, Course, Stalled
-from scipy.optimize import least_squares
+from pneumatic_servo.identification.problem import Problem
+from pneumatic_servo.identification.solve import Solution, with_likely_sensors
 from test_identification import COLUMNS, RIG, bench, write
 
 Array = NDArray[np.float64]
@@ -31,27 +32,6 @@ def test_triangle_has_the_products_of_the_columns(rows: int) -> None:
     found = triangle(matrix)
     assert found.shape == (5, 5) and np.array_equal(found, np.triu(found))
     assert_close(found.T @ found, matrix.T @ matrix, within=1e-14 * rows, what="products")
-
-
-def test_short_problem_ends_where_the_long_one_does() -> None:
-    time = np.linspace(0.0, 1.0, 2 * ROWS + 3)
-    seen = 3.0 * np.exp(-2.0 * time) + 0.05 * np.random.default_rng(1).standard_normal(len(time))
-
-    def residuals(x: Array) -> Array:
-        return np.asarray(x[0] * np.exp(-x[1] * time) - seen)
-
-    def slopes(x: Array) -> Array:
-        fall = np.exp(-x[1] * time)
-        return np.column_stack([fall, -x[0] * time * fall])
-
-    options = {"x0": np.array([1.0, 0.1]), "bounds": ([0.0, 0.0], [10.0, 1.9]), "x_scale": "jac"}
-    long = least_squares(residuals, jac=slopes, **options)
-    function, derivatives = compressed(residuals, slopes)
-    short = least_squares(function, jac=derivatives, **options)
-    # The second parameter ends at its bound. Rounding, 1e-16 in 2000 residuals, may not turn a step.
-    assert short.nfev == long.nfev
-    assert_close(short.x, long.x, rel=1.5e-14, what="x")
-    assert_close(short.cost, long.cost, rel=1e-14, what="cost")
 
 
 def test_start_that_leaves_only_noise_needs_no_others() -> None:
@@ -71,15 +51,16 @@ def test_search_ends_where_two_starts_meet() -> None:
     assert first > 0 and searches == 2
 
 
-def hurried(*given: Any, **options: Any) -> Any:
-    """A search that gives up at once."""
-    return least_squares(*given, **{**options, "max_nfev": 1})
+def hurried(problem: Problem, *given: Any) -> tuple[Problem, Solution]:
+    """A last search that gives up at its first vector."""
+    fitted, found = with_likely_sensors(problem, *given)
+    return fitted, replace(found, converged=False, message="80 vectors were tried")
 
 
 def test_fit_that_does_not_come_to_an_end_fails_and_says_so(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr("pneumatic_servo.identification.solve.least_squares", hurried)
+    monkeypatch.setattr("pneumatic_servo.identification.fitting.with_likely_sensors", hurried)
     file, result = write(tmp_path / "bench.csv", bench()), tmp_path / "a.json"
     given = ["--experiment", "motion", "--law", "Stribeck", "--columns", COLUMNS, "--starts", "0"]
     assert main(["fit", str(file), *given, "--json", str(result)]) == 1
@@ -128,19 +109,6 @@ def test_run_of_too_many_steps_is_given_up() -> None:
     assert "was given up after" in runs.failures[1] and "solver steps of 20000" in runs.failures[1]
     assert np.all(np.isfinite(runs["position"][0])) and np.isnan(runs["position"][1, -1])
     assert not ps.Model()._run_many([settings], **given).failures
-
-
-def test_search_ends_where_steps_gain_little() -> None:
-    course = Course()
-    costs = [100.0 * 0.9**k for k in range(20)]
-    for k, cost in enumerate(costs):
-        course.see(np.array([float(k)]), cost)
-    # Worse ones are no gain, and the best stays.
-    for k in range(LOOKED - 1):
-        course.see(np.array([100.0 + k]), costs[-1] * (1.0 + 0.1 * k))
-    with pytest.raises(Stalled):
-        course.see(np.array([200.0]), 0.99 * costs[-1])
-    assert course.best.tolist() == [200.0] and course.cost == 0.99 * costs[-1]
 
 
 def test_early_word_names_only_what_noise_alone_would_hide() -> None:

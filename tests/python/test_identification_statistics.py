@@ -15,11 +15,9 @@ from pneumatic_servo.identification.evidence import evidence
 from pneumatic_servo.identification.foretold import Left, _foretold, _likelihood, _measured, _noise, _quantile, _Seen
 from pneumatic_servo.identification.recorder import LONG, clipped
 from pneumatic_servo.identification.sampling import FREEDOM, Proposal, _r_hat
-from pneumatic_servo.identification.solve import LOOKED, ROUGH, Course, Stalled, refine
 from scipy.linalg import null_space
 from scipy.stats import multivariate_normal, multivariate_t, norm
 from scipy.stats import t as student
-from test_identification import bench
 
 Array = NDArray[np.float64]
 
@@ -149,20 +147,3 @@ def test_signal_is_clipped_from_eight_readings_at_its_end(stays: int, is_clipped
     noisy = np.random.default_rng(6).uniform(-1.0, 1.0, 100)
     noisy[40 : 40 + stays] = 2.0
     assert list(clipped(noisy)) == [(2.0, stays)] * is_clipped
-
-
-def test_search_that_leads_nowhere_has_not_converged(monkeypatch: pytest.MonkeyPatch) -> None:
-    problem = ps.fit(bench(), experiment="motion", law="Stribeck", play=0.0, starts=0, progress=False).problem
-    see = Course.see
-
-    def short(course: Course, x: Array, cost: float) -> None:
-        see(course, x, cost)
-        if len(course._before) == 2:
-            raise Stalled
-
-    monkeypatch.setattr(Course, "see", short)
-    start = problem.start + 0.3
-    found = refine(problem, start, effort=ROUGH)
-    assert not found.converged and found.message == f"{LOOKED} steps in a row have gained little"
-    # The best of two vectors, and it is not where it began.
-    assert found.cost < 0.5 * float(np.sum(problem.residuals([start])[0] ** 2)) and np.any(found.x != start)

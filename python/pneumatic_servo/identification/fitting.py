@@ -29,7 +29,7 @@ from pneumatic_servo.identification.records import Record, load
 from pneumatic_servo.identification.result import Fit
 from pneumatic_servo.identification.sampling import emcee_of, sample
 from pneumatic_servo.identification.signals import SIGNALS, SLIDING, Units, starts_of, told_units
-from pneumatic_servo.identification.solve import ROUGH, Solution, refine, solve
+from pneumatic_servo.identification.solve import Solution, solve, with_likely_sensors
 from pneumatic_servo.identification.table import Column, Measured, columns_of, listed, measured
 from pneumatic_servo.identification.watch import Told, Watch, told
 from pneumatic_servo.model import Model, Parameters
@@ -42,10 +42,6 @@ from pneumatic_servo.words import said
 Array = NDArray[np.float64]
 Data = Any
 """A file, a DataFrame, a run, or a mapping of arrays."""
-ROUNDS = 4
-"""How often sensors and parameters are fitted in turn."""
-SAME = 0.03
-"""Relative change of the noise that no longer matters."""
 OF_SENSORS = {
     f"{kind}.{signal}": unit
     for signal, own in SIGNALS.items() if signal != "time"
@@ -53,7 +49,7 @@ OF_SENSORS = {
 }  # fmt: skip
 """What may be known of sensors, with its SI unit."""
 OF_BENCH = {
-    "motion": {"area": "m2", "friction.kappaA": "1/Pa"},
+    "motion": {"area": "m2", "friction.kappaA": "1/Pa", "friction.direction.factor": "1"},
     "force": {"incline": "rad", "spring": "N/m", "springRest": "m"},
 }
 """What a test bench has that its model does not."""
@@ -109,8 +105,8 @@ def fit(
         What is free: ``NAME[=start][:low:high]``; by default forces, stiffnesses and velocities of the law. Names are
         those of the model, ``gain.SIGNAL``, ``offset.SIGNAL`` and ``delay.SIGNAL`` of signals that are compared or
         drive the model (what is true is ``gain * (reading - offset)``, read so much later), ``lag.SIGNAL`` of those
-        compared (the time constant of a filter of first order), for ``motion`` ``area`` and ``friction.kappaA``, for
-        ``force`` ``incline``, ``spring`` and ``springRest``.
+        compared (the time constant of a filter of first order), for ``motion`` ``area``, ``friction.kappaA`` and
+        ``friction.direction.factor``, for ``force`` ``incline``, ``spring`` and ``springRest``.
     columns : str or mapping, optional
         ``SIGNAL=column[unit],...``, or the same as a mapping; a column as it stands in the table, ``"Zeit [s]"``, or
         without its unit, and with a minus before it for the opposite sign. By default the columns that have the names
@@ -269,8 +265,8 @@ def _fit(
     notes += assumed(kind, [parameter.name for parameter in free])
     notes += _told_early(fitted, watch)
     try:
-        best, _ = solve(fitted, starts, seed, loss, executor, watch)
-        fitted, best = _with_likely_sensors(fitted, best, loss, watch)
+        best = solve(fitted, starts, seed, loss, executor, watch)
+        fitted, best = with_likely_sensors(fitted, best, loss, watch)
         watch.stage("intervals")
         sure = certainty(fitted, best.x, intervals, seed)
     except KeyboardInterrupt:
@@ -493,23 +489,6 @@ def _check_start(problem: Problem) -> None:
     problem.refusals.clear()
     if np.all(np.abs(problem.residuals([problem.start])) == FAILED) and problem.refusals:
         raise ValueError(f"the start values cannot be simulated: {problem.refusals[0]}")
-
-
-def _with_likely_sensors(problem: Problem, best: Solution, loss: str, watch: Watch) -> tuple[Problem, Solution]:
-    """Weigh the signals by what remains of them, and fit anew, until both agree.
-
-    A signal that the model misses must not drown the others, and a converter is only known once the rest is.
-    """
-    for _ in range(ROUNDS):
-        before = problem.sensors
-        problem = problem.seen_by(problem.likely_sensors(best.x))
-        changes = [abs(np.log(after.noise / before[signal].noise)) for signal, after in problem.sensors.items()]
-        if max(changes) < SAME:
-            break
-        watch.stage("sensors")
-        best = refine(problem, best.x, loss, watch, ROUGH)
-    watch.stage("last refinement")
-    return problem, refine(problem, best.x, loss, watch)
 
 
 def _result(problem: Problem, x: Array, converged: bool, message: str, sure: Certainty, notes: Sequence[str]) -> Fit:

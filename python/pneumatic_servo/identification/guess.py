@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import nnls
 
+from pneumatic_servo import _native
 from pneumatic_servo.identification.experiments import Window
 from pneumatic_servo.identification.experiments.motion import Motion
 from pneumatic_servo.identification.parameters import VISCOUS, Free, group_of
@@ -165,7 +165,7 @@ def springs(problem: Problem, ends: Array, values: dict[str, float]) -> tuple[Ar
         use = window.used & ~window.held
         rows.append(np.vstack([plays[:, use] * level, np.ones(int(np.sum(use))), -np.ones(int(np.sum(use)))]).T)
         forces.append(force)
-    solution, _ = nnls(np.concatenate(rows), np.concatenate(forces))
+    solution = np.array(_native.nonnegative(np.concatenate(rows), np.concatenate(forces)))
     return solution[:-2], float(solution[-2] - solution[-1])
 
 

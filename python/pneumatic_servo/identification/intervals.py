@@ -8,19 +8,17 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import t as student
 
+from pneumatic_servo import _native
 from pneumatic_servo.identification.compression import triangle
 from pneumatic_servo.identification.parameters import Free
 from pneumatic_servo.identification.problem import Problem
 from pneumatic_servo.identification.profile import profile
-from pneumatic_servo.identification.sensor import Sensor
-from pneumatic_servo.identification.solve import sensitivities
+from pneumatic_servo.identification.solve import native
 
 Array = NDArray[np.float64]
 
 BLOCKS = 20
 """Stretches of time that count as independent."""
-FEWEST = 3
-"""Records of which the differences tell something."""
 RANK = 1e-7
 """Singular values below this share of the largest are no information."""
 LEVEL = 0.95
@@ -104,11 +102,6 @@ class Linearised:
     blocks: NDArray[np.int64]
     records: NDArray[np.int64]
 
-    def of(self, samples: NDArray[np.bool_]) -> tuple[Array, Array]:
-        """Return the information and the slope of the likelihood of some samples."""
-        own = self.derivatives[samples]
-        return own.T @ own, own.T @ self.scores[samples]
-
     @property
     def white(self) -> Array:
         """Covariance if the residuals are independent."""
@@ -118,14 +111,8 @@ class Linearised:
 
 def linearised(problem: Problem, x: Array) -> Linearised:
     """Return the problem about a solution."""
-    slopes, differences = sensitivities(problem, x)
-    every = slopes * problem.by_sensor(Sensor.weights, differences)[:, None]
-    scores = problem.by_sensor(Sensor.scores, differences)
-    own, begins = every[:, : len(problem.free)], every[:, len(problem.free) :]
-    if begins.shape[1]:
-        basis, _ = np.linalg.qr(begins)
-        own = own - basis @ (basis.T @ own)
-    return Linearised(own, scores, problem.blocks(BLOCKS), problem.records())
+    derivatives, scores, blocks, records = native(problem).linearised(x)
+    return Linearised(derivatives, scores, np.array(blocks, dtype=np.int64), np.array(records, dtype=np.int64))
 
 
 def covariance(linear: Linearised) -> tuple[Array, Array]:
@@ -135,30 +122,8 @@ def covariance(linear: Linearised) -> tuple[Array, Array]:
     block of time after the other, for residuals that hang together, and that of one which leaves out one record after
     the other, for records that the model does not bring together.
     """
-    number, count = linear.derivatives.shape
-    white = linear.white
-    wide = np.ones(count)
-    factors = np.full(count, float(student.ppf(0.5 + 0.5 * LEVEL, max(1, number - count))))
-    own = np.sqrt(np.maximum(np.diag(white), 1e-300))
-    for labels, least in ((linear.blocks, count + 2), (linear.records, FEWEST)):
-        groups = int(labels.max(initial=-1)) + 1
-        if groups >= least:
-            ratio = np.sqrt(np.diag(_jackknife(linear, labels))) / own
-            factor = float(student.ppf(0.5 + 0.5 * LEVEL, groups - 1))
-            is_wider = ratio * factor > wide * factors
-            wide, factors = np.where(is_wider, ratio, wide), np.where(is_wider, factor, factors)
-    return white * np.outer(wide, wide), factors
-
-
-def _jackknife(linear: Linearised, labels: NDArray[np.int64]) -> Array:
-    """Return the covariance that shows in how the parameters move as one group after the other is left out."""
-    whole = linear.derivatives.T @ linear.derivatives
-    groups = int(labels.max()) + 1
-    moves = []
-    for group in range(groups):
-        information, slope = linear.of(labels == group)
-        moves.append(np.linalg.pinv(whole - information, rcond=RANK**2, hermitian=True) @ slope)
-    return np.asarray(np.transpose(moves) @ np.array(moves) * (groups - 1) / groups)
+    found, factors = _native.covariance(linear.derivatives, linear.scores, linear.blocks, linear.records)
+    return found, np.array(factors)
 
 
 def _outer(free: Free, inner: float) -> float:
@@ -173,16 +138,7 @@ def _blind(derivatives: Array) -> NDArray[np.bool_]:
     It is looked for with the parameters as they are scaled, and with each in units of its own effect: only in these a
     gain of 50 and the logarithm of a mass that make up for one another take part alike.
     """
-    effects = np.linalg.norm(derivatives, axis=0)
-    return _unseen(derivatives) | _unseen(derivatives / np.where(effects > 0.0, effects, 1.0))
-
-
-def _unseen(derivatives: Array) -> NDArray[np.bool_]:
-    _, values, directions = np.linalg.svd(triangle(derivatives), full_matrices=False)
-    if not len(values) or values[0] == 0.0:
-        return np.ones(derivatives.shape[1], dtype=bool)
-    unseen = directions[values < RANK * values[0]]
-    return np.asarray(np.any(np.abs(unseen) > 0.1, axis=0))
+    return np.array(_native.unseen(derivatives), dtype=bool)
 
 
 def at_bounds(problem: Problem, x: Array) -> dict[str, float]:
@@ -216,13 +172,5 @@ def _undetermined(problem: Problem, x: Array, low: Array, high: Array, blind: ND
 
 def _bootstrap(linear: Linearised, x: Array, seed: int, number: int = 1000) -> tuple[Array, Array]:
     """Return the quantiles of one Gauss-Newton step for blocks drawn with replacement."""
-    rng = np.random.default_rng(seed)
-    blocks = [linear.of(linear.blocks == block) for block in range(int(linear.blocks.max()) + 1)]
-    squares, slopes = (np.array(parts) for parts in zip(*blocks, strict=True))
-    steps = []
-    for _ in range(number):
-        drawn = rng.integers(0, len(blocks), len(blocks))
-        inverse = np.linalg.pinv(squares[drawn].sum(axis=0), rcond=RANK**2, hermitian=True)
-        steps.append(-inverse @ slopes[drawn].sum(axis=0))
-    ends = np.quantile(np.array(steps), [0.5 - 0.5 * LEVEL, 0.5 + 0.5 * LEVEL], axis=0)
-    return x + ends[0], x + ends[1]
+    ends = np.array(_native.bootstrap(linear.derivatives, linear.scores, linear.blocks, x, seed, number))
+    return ends[:, 0], ends[:, 1]

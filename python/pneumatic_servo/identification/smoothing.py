@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import lfilter, savgol_filter
+
+from pneumatic_servo import _native
 
 Array = NDArray[np.float64]
 
@@ -15,15 +16,7 @@ def noise(values: Array) -> float:
     The median does not see the few samples at which a signal jumps. A signal that mostly rests between the steps of
     its converter has differences of 0; then the step itself tells: its length over the root of 12.
     """
-    if len(values) < 8:
-        return 0.0
-    third = np.diff(values, 3)
-    # The sum of the squares of 1, 3, 3, 1 is 20; 0.6745 is the median of a normal distribution's magnitude.
-    white = float(np.median(np.abs(third))) / 0.6745 / np.sqrt(20.0)
-    steps = np.abs(np.diff(values))
-    steps = steps[steps > 1e-12 * max(1.0, float(np.max(np.abs(values))))]
-    converter = float(np.min(steps)) / np.sqrt(12.0) if len(steps) else 0.0
-    return float(max(white, converter))
+    return _native.noise(_plain(values))
 
 
 def fastest(speed: Array) -> float:
@@ -33,12 +26,12 @@ def fastest(speed: Array) -> float:
 
 def slope(values: Array, step: float, width: float) -> Array:
     """Return the slopes of parabolas fitted about each of equidistant samples, over a width in s."""
-    return np.asarray(savgol_filter(values, _samples(values, step, width), 2, deriv=1, delta=step))
+    return _native.parabolas(_plain(values), step, width)[1]
 
 
 def smooth(values: Array, step: float, width: float) -> Array:
     """Return the values of the same parabolas."""
-    return np.asarray(savgol_filter(values, _samples(values, step, width), 2))
+    return _native.parabolas(_plain(values), step, width)[0]
 
 
 def low_pass(values: Array, step: float, lag: float) -> Array:
@@ -46,15 +39,7 @@ def low_pass(values: Array, step: float, lag: float) -> Array:
 
     The signal is on straight lines between them, for which this is exact, and has been what it begins with before.
     """
-    kept = np.exp(-step / lag)
-    share = lag / step * (1.0 - kept)
-    return np.asarray(values[0] + lfilter([1.0 - share, share - kept], [1.0, -kept], values - values[0]))
-
-
-def _samples(values: Array, step: float, width: float) -> int:
-    """Return how many samples a width has: an odd number, at least five."""
-    number = max(5, 2 * round(0.5 * width / step) + 1)
-    return min(number, len(values) - 1 + len(values) % 2)
+    return _native.low_pass(_plain(values), step, lag)
 
 
 def follow(values: Array, play: float) -> Array:
@@ -62,11 +47,8 @@ def follow(values: Array, play: float) -> Array:
 
     A jitter smaller than the play becomes rest; a motion is followed at the distance of the play.
     """
-    if play <= 0.0:
-        return values
-    followed = np.empty_like(values)
-    last = values[0]
-    for index, value in enumerate(values):
-        last = min(max(last, value - play), value + play)
-        followed[index] = last
-    return followed
+    return _native.follow(_plain(values), play)
+
+
+def _plain(values: Array) -> Array:
+    return np.ascontiguousarray(values, dtype=np.float64)
