@@ -68,6 +68,28 @@ def test_mass_of_an_axis_is_suspected() -> None:
     assert found.suspect.estimate.value == pytest.approx(20.0, rel=0.05)
 
 
+def test_friction_that_differs_by_direction_is_named_before_an_offset_of_the_force() -> None:
+    """+10 N outwards and -6 N inwards are no sensor's offset of 2 N: freed, the factor gives both."""
+    time = np.arange(0.0, 6.0, 2e-3)
+    position = 0.02 * np.sin(2.0 * time) + 0.006 * np.sin(7.0 * time)
+    speed = np.append(0.0, np.diff(position) / 2e-3)
+    friction = np.where(speed > 0.0, 10.0, -6.0) + 30.0 * speed
+    data = {"time": time, "position": position,
+            "frictionForce": friction + 0.05 * np.random.default_rng(3).standard_normal(len(time))}  # fmt: skip
+    given = {"experiment": "motion", "law": "Coulomb", "play": 0.0, "starts": 0, "progress": False}
+    free = ["friction.coulomb.Fc", "friction.coulomb.sigma2"]
+    found = ps.fit(data, fit=free, **given)
+    suspect = found.suspect
+    assert suspect is not None and suspect.name == "friction.direction.factor"
+    assert isinstance(suspect.estimate, Estimate) and suspect.estimate.value == pytest.approx(10.0 / 6.0, rel=0.02)
+    causes = [finding.text for finding in found.verdict.findings if "would be gone" in finding.text]
+    assert "friction.direction.factor" in causes[0] and "free it" in causes[0] and found.verdict.light != "green"
+    freed = ps.fit(data, fit=[*free, "friction.direction.factor"], **given)
+    inwards, factor = freed.values["friction.coulomb.Fc"], freed.values["friction.direction.factor"]
+    assert inwards == pytest.approx(6.0, rel=0.01) and factor * inwards == pytest.approx(10.0, rel=0.01)
+    assert freed.verdict.light == "green" and freed.suspect is None
+
+
 def test_gain_of_a_sensor_is_told_as_large_as_it_is() -> None:
     """Fitted along with all that is free, with an interval: one step in proportion made 0.99 of 0.98."""
     table = np.genfromtxt(RIG, delimiter=",", names=True)

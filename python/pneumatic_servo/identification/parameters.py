@@ -161,7 +161,7 @@ def free_of(name: str, model: Model, compared: Sequence[str], beside: Mapping[st
         if "force" not in compared:
             raise ValueError(f"{where}: area needs the columns force and pressure, in the experiment motion")
         return Free(name, "m2", math.nan, -math.inf, math.inf, 1e-4)
-    if name == "friction.kappaA" and name not in model.variables:
+    if name in OF_LOAD and name not in model.variables:
         return _of(Model().variables[name], where)
     try:
         variable = model.variables[name]
@@ -170,6 +170,8 @@ def free_of(name: str, model: Model, compared: Sequence[str], beside: Mapping[st
     return _of(variable, where)
 
 
+OF_LOAD = ("friction.kappaA", "friction.direction.factor")
+"""Parameters of the cylinder that make the load level of a test bench."""
 _OFFSETS = {"m": 1e-4, "N": 1.0, "Pa": 1e3, "m/s": 1e-2, "V": 0.1, "rad": 1e-3, "rad/s": 1e-2, "N.m": 1.0, "A": 0.1}
 """Magnitudes of the offsets of sensors."""
 

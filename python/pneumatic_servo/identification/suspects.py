@@ -19,7 +19,7 @@ from pneumatic_servo.identification.doubts import MUCH, explains_nothing, most_e
 from pneumatic_servo.identification.experiments import Experiment
 from pneumatic_servo.identification.fitted import Estimate, Fitted
 from pneumatic_servo.identification.intervals import certainty
-from pneumatic_servo.identification.parameters import SPAN, Free, free_of, usual
+from pneumatic_servo.identification.parameters import OF_LOAD, SPAN, Free, free_of, usual
 from pneumatic_servo.identification.problem import Problem
 from pneumatic_servo.identification.residuals import Residuals
 from pneumatic_servo.identification.sensor import Sensor
@@ -32,11 +32,11 @@ GAS = (
     "valve.b", "valve.deadZone", "valve.leakage",
 )  # fmt: skip
 SETTINGS = {
-    "rig": (*GAS, "mass.moving", "wireForce"),
+    "rig": (*GAS, "mass.moving", "wireForce", "friction.direction.factor"),
     "pneumatic": GAS,
     "mechanical": ("cylinder.bore", "cylinder.rod", "mass.moving", "wireForce"),
     "force": ("mass",),
-    "motion": (),
+    "motion": ("friction.direction.factor",),
 }
 """What a machine may have otherwise than it is given."""
 MODELS = ("EnergyBalance", "Isothermal", "Polytropic")
@@ -153,7 +153,7 @@ def _promising(problem: Problem, x: Array) -> list[tuple[Free, float]]:
     promises = []
     for name in _names(problem):
         experiment = problem.experiment
-        given = experiment.value(name, {})
+        given = experiment.beside_value(name, {}, 1.0) if name in OF_LOAD else experiment.value(name, {})
         free = _free(experiment, name, given)
         if free is None:
             continue
@@ -170,13 +170,13 @@ def _promising(problem: Problem, x: Array) -> list[tuple[Free, float]]:
 
 def _free(experiment: Experiment, name: str, given: float) -> Free | None:
     """Return a setting as something free; None for one that is off, as a volume of 0."""
-    unit = experiment.table.variables[name].unit
     if name in experiment.table.inputs:
+        unit = experiment.table.variables[name].unit
         return Free(name, unit, given, given / SPAN, given * SPAN, 0.0) if given > 0.0 else None
     free = free_of(name, experiment.table, experiment.compared, experiment.beside, name)
     if free.is_logarithmic and not given > 0.0:
         return None
-    return replace(free, unit=experiment.units.of(unit)).at(given)
+    return replace(free, unit=experiment.units.of(free.unit)).at(given)
 
 
 def _names(problem: Problem) -> list[str]:
@@ -188,7 +188,7 @@ def _names(problem: Problem) -> list[str]:
     return [
         name
         for name in dict.fromkeys(names)
-        if name in table.variables and name not in known
+        if (name in table.variables or (experiment.name == "motion" and name in OF_LOAD)) and name not in known
         and not effects.reason_for(table.variables, settings, name)
         and not (experiment.name == "pneumatic" and name.startswith("friction."))
     ]  # fmt: skip

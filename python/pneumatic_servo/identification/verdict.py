@@ -28,6 +28,8 @@ LOUD = 3.0
 """A fit that leaves so many times the noise of a sensor misses something."""
 MUCH = 0.3
 """Share of what a law leaves of friction that a better one of the same variables would not."""
+SAME = 0.95
+"""Share of what a sensor explains from which on a setting explains as much."""
 OFF, FAR_OFF = 1.5, 3.0
 """Data held out that are missed by so many times what was fitted are predicted badly, or not at all."""
 
@@ -189,7 +191,10 @@ def _of_free_form(fit: Fitted, found: FreeForm | None) -> Iterator[Finding]:
 def _of_causes(doubt: Doubt | None, suspect: Suspect | None) -> Iterator[Finding]:
     """Say which fixed setting, or fault of a sensor, would explain what is left; what explains more comes first."""
     causes = [cause for cause in (suspect, doubt) if cause is not None]
-    for cause in sorted(causes, key=lambda one: -one.gain):
+    # A setting that explains as much as a sensor comes first: both may be the same change of the simulation.
+    if suspect is not None and doubt is not None and SAME * doubt.gain > suspect.gain:
+        causes.reverse()
+    for cause in causes:
         yield Finding("yellow", str(cause))
 
 

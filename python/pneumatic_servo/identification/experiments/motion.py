@@ -23,7 +23,8 @@ PACED = 5
 class Motion(Experiment):
     """FrictionBench under a prescribed position; `force = pressure * area + friction` where a seal is under pressure.
 
-    The load level is `normalForce / rated`, and grows with the pressure by `friction.kappaA`.
+    The load level is `normalForce / rated`, grows with the pressure by `friction.kappaA`, and is
+    `friction.direction.factor` times as large outwards as inwards.
     """
 
     name = "motion"
@@ -97,6 +98,9 @@ class Motion(Experiment):
         if "pressure" in window.driven:
             kappa = values.get("friction.kappaA", float(self.settings.get("friction.kappaA", 0.0)))
             level = level * (1.0 + kappa * self.given(window, "pressure", values))
+        factor = self.beside_value("friction.direction.factor", values, 1.0)
+        if factor != 1.0:
+            level = np.where(_outwards(self.path(window, values)), factor * level, level)
         return np.maximum(level, 0.0)
 
     def path(self, window: Window, values: Values) -> Array:
@@ -151,6 +155,13 @@ class Motion(Experiment):
             force = force - values.get("area", float(self.settings.get("area", 0.0))) * pressure
         use = window.used & ~window.held
         return speed[use], force[use], level[use]
+
+
+def _outwards(path: Array) -> NDArray[np.bool_]:
+    """Return whether each step of a path leads outwards, or the last motion before it did."""
+    steps = np.append(np.diff(path), 0.0)
+    moving = np.maximum.accumulate(np.where(steps != 0.0, np.arange(len(steps)), -1))
+    return np.asarray((moving >= 0) & (steps[moving] > 0.0))
 
 
 def _pace(path: Array, step: float, end: int) -> float:
