@@ -1,6 +1,6 @@
 """Fits to what others have measured: pneumatic seals, and a contact that slides to and fro.
 
-The data are not part of this repository; docs/identification.md says where they are from. Their folder has
+The data are not part of this repository; docs/identification/validation.md says where they are from. Their folder has
 seals/RING_PRESSUREbar.csv (time_s, position_mm, pressure_bar, force_N) and presliding/tribometer.csv (time_s,
 normal_force_N, position_mm, friction_force_N).
 

@@ -1,4 +1,7 @@
-"""Fits to what others have measured; the data lie beside the repository, and docs/identification.md says where from."""
+"""Fits to what others have measured.
+
+The data lie beside the repository; docs/identification/validation.md says where they are from.
+"""
 
 from __future__ import annotations
 

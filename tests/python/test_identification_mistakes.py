@@ -39,7 +39,7 @@ def test_table_of_the_page_has_every_mistake() -> None:
         rows = list(csv.reader(stream))
     assert rows[0] == COLUMNS
     assert [row[0] for row in rows[1:]] == list(MISTAKES)
-    page = (ROOT / "docs" / "identification.md").read_text(encoding="utf-8")
+    page = (ROOT / "docs" / "identification" / "validation.md").read_text(encoding="utf-8")
     for name, is_named, when, said in rows[1:]:
         assert f"| {name} | {is_named} | {when} |" in page
         assert when == AFTER or said == said_before(MISTAKES[name].change(record()))

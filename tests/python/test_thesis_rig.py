@@ -1,4 +1,4 @@
-"""The parameter set of the thesis's rig against what the thesis tells, as docs/identification.md has it."""
+"""The parameter set of the thesis's rig against what the thesis tells, as docs/identification/validation.md has it."""
 
 from __future__ import annotations
 
@@ -18,6 +18,6 @@ def test_set_rig_does_what_the_page_says(monkeypatch: pytest.MonkeyPatch) -> Non
     found = [list(fact.row) for fact in facts(Rig(parameter_set(SET)))]
     with (ROOT / "docs" / "identification" / "thesis_rig.csv").open(encoding="utf-8", newline="") as stream:
         assert list(csv.reader(stream)) == [COLUMNS, *found]
-    page = (ROOT / "docs" / "identification.md").read_text(encoding="utf-8")
+    page = (ROOT / "docs" / "identification" / "validation.md").read_text(encoding="utf-8")
     lines = [f"| {' | '.join(row)} |" for row in [COLUMNS, *found]]
     assert "\n".join([lines[0], "|---" * len(COLUMNS) + "|", *lines[1:]]) in page
