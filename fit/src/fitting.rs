@@ -3,6 +3,8 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use pneumatic_servo::variables::Kind;
+
 use crate::arrays::{rms, span};
 use crate::experiment::{self, Experiment, MeasuredSegment, Options, Whole};
 use crate::guess::started;
@@ -152,6 +154,7 @@ pub fn fit(question: &Question, watch: &dyn Watch, told: &dyn Fn(f64)) -> Result
     let parameters = parameters(experiment, question)?;
     let (segments, prepared) = segments(experiment, &records, &parameters, question.validation);
     notes.extend(prepared);
+    notes.extend(assumed(experiment, &question.known, &parameters));
     check_size(experiment, &segments, &parameters)?;
     let parameters = started(experiment, &segments, &parameters);
     let trained = segments.iter().filter_map(MeasuredSegment::trained).collect();
@@ -276,6 +279,21 @@ fn segments(
     };
     let segments = records.iter().enumerate().map(of_record).collect();
     (segments, notes)
+}
+
+/// A note on what a machine has of its own, and nobody has given: its defaults decide about the values.
+fn assumed(experiment: &dyn Experiment, known: &Values, parameters: &[Parameter]) -> Option<String> {
+    let given = experiment.given();
+    let is_told = |name: &str| {
+        known.contains_key(name) || given.signals.contains(name) || parameters.iter().any(|one| one.name == name)
+    };
+    let shown = |name: &&str| {
+        let variable = given.model.table().find(name).expect("a variable of the model").variable;
+        let Kind::Real(unit) = variable.kind else { unreachable!("{name} is a real number") };
+        format!("{name} = {} {}", variable.start.unwrap_or(f64::NAN), unit.name)
+    };
+    let defaults: Vec<String> = experiment.machine().iter().filter(|name| !is_told(name)).map(shown).collect();
+    (!defaults.is_empty()).then(|| format!("not given, so that the default counts: {}", defaults.join(", ")))
 }
 
 /// Sensors of the compared signals, as their data tell them.

@@ -82,6 +82,12 @@ fn a_rig_is_found_and_predicted() {
     // Noise of 10 um and 500 Pa, with converters of 0.122 mm and 147 Pa.
     assert!(answer.rms["position"] < 6e-5 && answer.rms["chamberA.pressure"] < 600.0, "{:?}", answer.rms);
     assert!(answer.validation_rms["position"] < 6e-5, "{:?}", answer.validation_rms);
+    let assumed = "not given, so that the default counts: cylinder.bore = ";
+    assert!(
+        answer.notes.iter().any(|note| note.starts_with(assumed) && !note.contains("valve.C")),
+        "{:?}",
+        answer.notes
+    );
     assert!((answer.validation_from.expect("validation data") - 2.1).abs() < 2e-3);
     let (light, findings) = verdict(&answer);
     assert_eq!(light, Light::Green, "{findings:?}");

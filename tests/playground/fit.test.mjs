@@ -66,6 +66,20 @@ test("the example is one button away", async () => {
   await close();
 });
 
+test("what is known of the machine is asked for, and a supply may count from the atmosphere", async () => {
+  const { page, close } = await open(browser, LINK);
+  const known = page.getByRole("group", { name: "Known of the machine" });
+  assert.equal(await known.getByLabel("Conductance", { exact: true }).count(), 0, "what is free is not known");
+  await known.getByLabel("Unit of Supply").selectOption("barg");
+  await known.getByLabel("Supply", { exact: true }).fill("5");
+  await known.getByLabel("Supply", { exact: true }).press("Enter");
+  assert.equal(await page.locator(`[id="${CYLINDER}.supplyPressure"]`).inputValue(), "601325");
+  await known.getByLabel("Bore", { exact: true }).fill("-16");
+  await known.getByLabel("Bore", { exact: true }).press("Enter");
+  assert.match(await known.getByRole("alert").textContent(), /cylinder\.bore = -0\.016/);
+  await close();
+});
+
 test("a bench is fitted: the friction that its force was made with comes out", async () => {
   const noise = (row) => 0.02 * Math.sin(row * row);
   const rows = Array.from({ length: 2001 }, (_, row) => {

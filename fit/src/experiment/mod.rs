@@ -121,6 +121,11 @@ pub trait Experiment {
         Vec::new()
     }
 
+    /// Parameters that each machine has of its own.
+    fn machine(&self) -> &'static [&'static str] {
+        &[]
+    }
+
     /// Variables of the model that are recorded.
     fn outputs(&self) -> Vec<&'static str>;
 

@@ -11,6 +11,8 @@ use crate::smoothing::{noise, parabolas};
 const COMPARED: [&str; 4] = ["position", "velocity", "chamberA.pressure", "chamberB.pressure"];
 const GIVEN: [&str; 3] = ["valveVoltage", "supplyPressure", "externalForce"];
 const PRESSURES: [&str; 2] = ["chamberA.pressure", "chamberB.pressure"];
+const MACHINE: [&str; 6] =
+    ["supplyPressure", "cylinder.bore", "cylinder.rod", "cylinder.stroke", "mass.moving", "valve.C"];
 const GRAVITY: f64 = 9.80665;
 /// A carriage rests where its position stays within so many times its noise.
 const RESTING: f64 = 8.0;
@@ -50,6 +52,10 @@ impl Experiment for Rig {
 
     fn driving(&self) -> Vec<&'static str> {
         GIVEN.into_iter().filter(|signal| self.given.signals.contains(*signal)).collect()
+    }
+
+    fn machine(&self) -> &'static [&'static str] {
+        &MACHINE
     }
 
     fn outputs(&self) -> Vec<&'static str> {

@@ -43,6 +43,8 @@ export class Study {
   table: Table | null = null;
   columns: Columns = new Map();
   readonly choices: Choices = { holdOut: 0.3, starts: 8, rated: 1, width: 0.04, play: null };
+  /** Units in which parameters of the machine are asked for. */
+  readonly units = new Map<string, string>();
   work: Work = { kind: "none" };
   problem: string | null = null;
   /** The last fit, with what was asked. */

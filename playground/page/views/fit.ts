@@ -7,6 +7,7 @@ import { columnTable, dropZone, experimentChoice } from "../fit/data-card";
 import { filesOf } from "../fit/files";
 import { choices, freeList } from "../fit/free-card";
 import { curves, resultTables } from "../fit/result-card";
+import { machine } from "../fit/machine-card";
 import type { FitContext, Study } from "../fit/study";
 import { lawChoice } from "../law-choice";
 import { BENCH, CYLINDER } from "../settings";
@@ -53,7 +54,7 @@ export class Fit implements Page {
     this.charts = found ? curves(found.answer) : [];
     this.root.replaceChildren(
       element("section", { class: "card scene" }, dropZone(context), experimentChoice(context), columnTable(context) ?? ""),
-      element("section", { class: "card scene" }, law, freeList(context), choices(context), this.transport()),
+      element("section", { class: "card scene" }, law, machine(context) ?? "", freeList(context), choices(context), this.transport()),
       ...(found ? [resultTables(context, found.answer), element("section", { class: "charts" }, ...this.charts.map(({ root }) => root))] : []),
     );
     this.tell();
