@@ -105,8 +105,8 @@ def test_what_is_no_number_is_named() -> None:
         (pandas.DataFrame({"time": [0.0], "x [mm]": [1.0]}), "time=time,position=x[m]",
          "record 3:0, column 2 (x): the table says mm, columns m; which is it?"),
         (pandas.DataFrame({"time": [0.0], "x [V]": [1.0]}), "time=time,position=x",
-         "record 3:0, column 2 (x): the unit V is refused; it must be one of m, cm, mm, um, in, or for the experiment "
-         "force of rad, mrad, deg"),
+         "record 3:0, column 2 (x): the unit V is refused; it must be one of m, cm, mm, um, in, ft, or for the "
+         "experiment force of rad, mrad, deg"),
         (pandas.DataFrame({"time": [0.0], "x [deg]": [1.0]}), "time=time,position=x[m]",
          "record 3:0, column 2 (x): the table says deg, columns m; which is it?"),
     ],
