@@ -90,6 +90,22 @@ def test_friction_that_differs_by_direction_is_named_before_an_offset_of_the_for
     assert freed.verdict.light == "green" and freed.suspect is None
 
 
+def test_clock_that_runs_fast_is_named() -> None:
+    """Where the masses are known, and friction is no function of time, nothing else can be 5 % off."""
+    table = np.genfromtxt(RIG, delimiter=",", names=True)
+    data = {"time": 1.05 * table["t"], "valveVoltage": table["u"], "position": 1e-3 * table["x_mm"],
+            "chamberA.pressure": 1e5 * table["pa_bar"], "chamberB.pressure": 1e5 * table["pb_bar"]}  # fmt: skip
+    known = {"supplyPressure": 6e5, "valve.deadZone": 0.065, "valve.C": 4.4e-9}
+    found = ps.fit(data, experiment="rig", law="Stribeck", fit=FREE[:4], settings=known, starts=0, progress=False)
+    suspect = found.suspect
+    assert suspect is not None and found.verdict.light != "green"
+    assert "time" in (suspect.name, *suspect.alike)
+    causes = [finding.text for finding in found.verdict.findings if "would be gone" in finding.text]
+    assert "time" in causes[0]
+    if suspect.name == "time":
+        assert isinstance(suspect.estimate, Estimate) and suspect.estimate.value == pytest.approx(1.0 / 1.05, rel=5e-3)
+
+
 def test_gain_of_a_sensor_is_told_as_large_as_it_is() -> None:
     """Fitted along with all that is free, with an interval: one step in proportion made 0.99 of 0.98."""
     table = np.genfromtxt(RIG, delimiter=",", names=True)

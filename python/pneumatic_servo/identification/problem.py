@@ -76,6 +76,8 @@ class Problem:
     """Step of the differences that make the Jacobian, in scaled parameters."""
     most: int | None = None
     """Solver steps after which a run is given up."""
+    clock: float = 1.0
+    """True time over the time of the records."""
     scale: float = 1.0
     """Factor of all friction, where the model takes its load level as an input."""
     refusals: list[str] = field(default_factory=list, compare=False)
@@ -125,6 +127,10 @@ class Problem:
             for begin, window in zip(begins, self.windows, strict=True):
                 for name in window.begin.loose:
                     begin[name] += MAGNITUDES[name] * float(next(inner))
+        if self.clock != 1.0 and "velocity" not in self.experiment.signals:
+            # It is a slope of the measured position.
+            begins = [{**begin, "velocity0": begin["velocity0"] / self.clock} if "velocity0" in begin else begin
+                      for begin in begins]  # fmt: skip
         return begins
 
     @property
@@ -317,13 +323,13 @@ class Problem:
             for name, course in self.inputs_of(self.windows[index], values).items():
                 driven.setdefault(name, []).append(course)
         record = self.windows[group[0]].record
-        grid = record.grid
+        grid = self.clock * record.grid
         return self.experiment.simulated._run_many(
             settings,
             common={"solver.relativeTolerance": self.exactness * self.tolerance},
             inputs={name: (grid, np.array(rows)) for name, rows in driven.items()},
-            stop=(len(grid) - 1) * record.step,
-            step=record.step,
+            stop=(len(grid) - 1) * self.clock * record.step,
+            step=self.clock * record.step,
             outputs=outputs,
             workers=self.workers,
             most=most,
@@ -350,8 +356,8 @@ class Problem:
         for signal, course in predicted.items():
             # A sensor that is late shows what was true before.
             delay = self.experiment.beside_value(f"delay.{signal}", values, 0.0)
-            passed = self.experiment.filtered(signal, course, record.step, values)
-            seen = np.interp(record.time - delay, record.grid, passed)
+            passed = self.experiment.filtered(signal, course, self.clock * record.step, values)
+            seen = np.interp(record.time - delay / self.clock, record.grid, passed)
             differences[signal] = record.signals[signal] - self.experiment.read(signal, seen, values)
         return differences
 

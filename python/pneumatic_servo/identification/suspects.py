@@ -41,8 +41,12 @@ SETTINGS = {
 """What a machine may have otherwise than it is given."""
 MODELS = ("EnergyBalance", "Isothermal", "Polytropic")
 """Thermal models that are tried for each other."""
-STEP = 0.05
-"""What is tried of a setting: a logarithm, or a share of its magnitude."""
+CLOCKED = ("rig", "pneumatic", "mechanical", "force")
+"""Experiments in which more than friction depends on time."""
+STEP, CLOCK, ROUNDS = 0.05, 0.01, 2
+"""What is tried of a setting: a logarithm, or a share of its magnitude; of a clock; and how often that is refined."""
+SAME = 0.95
+"""Share of what a cause explains from which on another one explains as much."""
 FITTED, PROMISING = 4, 0.05
 """How many settings are fitted along: those that promise to explain more than this share."""
 ATMOSPHERE, NEAR = 101325.0, 0.2
@@ -67,6 +71,8 @@ class Suspect:
         The signal that is missed less with it.
     share : float
         Share of the sum of its squares that is gone.
+    alike : tuple of str
+        Other settings that would explain as much: with time the mass that goes with its square, for example.
     """
 
     name: str
@@ -75,9 +81,16 @@ class Suspect:
     gain: float
     signal: str
     share: float
+    alike: tuple[str, ...] = ()
 
     def __str__(self) -> str:
+        others = ", ".join(self.alike)
+        return self._cause() + (f" As much would be gone with another {others}." if others else "")
+
+    def _cause(self) -> str:
         gone = f"{100.0 * self.share:.0f} % of the squared residual of {self.signal} would be gone if {self.name}"
+        if self.name == "time" and isinstance(self.estimate, Estimate):
+            return f"{gone} were {self.estimate} times what was recorded: check the clock and the sample rate."
         if isinstance(self.estimate, str):
             return f"{gone} were {self.estimate} in place of {self.given}: is the setting right?"
         off = self.estimate.value - float(self.given)
@@ -96,9 +109,12 @@ def suspect(fit: Fitted, residuals: Residuals) -> Suspect | None:
     before = problem.residuals([x])[0]
     if not np.all(np.isfinite(before)):
         return None
-    found = [*_real(problem, x, before), *_models(problem, x, before)]
+    found = [*_real(problem, x, before), *_models(problem, x, before), *_clock(problem, x, before)]
     best = max(found, key=lambda one: one.gain, default=None)
-    return best if best is not None and best.share > MUCH else None
+    if best is None or not best.share > MUCH:
+        return None
+    alike = tuple(one.name for one in found if one is not best and one.gain > SAME * best.gain)
+    return replace(best, alike=alike)
 
 
 def _real(problem: Problem, x: Array, before: Array) -> Iterator[Suspect]:
@@ -129,6 +145,32 @@ def _models(problem: Problem, x: Array, before: Array) -> Iterator[Suspect]:
             changed = replace(problem, experiment=other).bounded()
             end = _refined(changed, x)
             yield _judged(problem, "thermal.model", given, model, before, changed.residuals([end])[0])
+
+
+def _clock(problem: Problem, x: Array, before: Array) -> Iterator[Suspect]:
+    """Yield the time that fits best, if another one than that of the records promises much."""
+    if problem.experiment.name not in CLOCKED:
+        return
+    clock, half = 1.0, np.inf
+    for number in range(ROUNDS):
+        slopes, differences = sensitivities(problem, x)
+        weights = problem.by_sensor(Sensor.weights, differences)
+        columns = slopes * weights[:, None]
+        basis = np.linalg.qr(columns / np.maximum(np.linalg.norm(columns, axis=0), 1e-300))[0]
+        left = without(basis, differences * weights)
+        run = replace(problem, clock=clock * (1.0 + CLOCK)).stacked([x])[0]
+        own = without(basis, (run - differences) * weights)
+        size = float(own @ own)
+        if not (np.isfinite(size) and size > 0.0):
+            return
+        if number == 0 and float(own @ left) ** 2 < PROMISING * size * float(left @ left):
+            return
+        clock *= 1.0 + CLOCK * float(np.clip(-float(own @ left) / size, -20.0, 20.0))
+        problem = replace(problem, clock=clock).bounded()
+        x = refine(problem, x, effort=ROUGH).x
+        half = 1.96 * clock * CLOCK * float(np.sqrt(left @ left / len(left) / size))
+    estimate = Estimate(clock, clock - half, clock + half, "1")
+    yield _judged(problem, "time", 1.0, estimate, before, problem.residuals([x])[0])
 
 
 def _refined(problem: Problem, x: Array) -> Array:

@@ -15,7 +15,7 @@ from pneumatic_servo.identification.intervals import at_bounds
 from pneumatic_servo.identification.ranges import Ranges, held_of
 from pneumatic_servo.identification.regimes import Regime, regimes
 from pneumatic_servo.identification.residuals import Residuals
-from pneumatic_servo.identification.suspects import Suspect
+from pneumatic_servo.identification.suspects import SAME, Suspect
 
 Array = NDArray[np.float64]
 
@@ -28,8 +28,6 @@ LOUD = 3.0
 """A fit that leaves so many times the noise of a sensor misses something."""
 MUCH = 0.3
 """Share of what a law leaves of friction that a better one of the same variables would not."""
-SAME = 0.95
-"""Share of what a sensor explains from which on a setting explains as much."""
 OFF, FAR_OFF = 1.5, 3.0
 """Data held out that are missed by so many times what was fitted are predicted badly, or not at all."""
 
