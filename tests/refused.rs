@@ -58,6 +58,7 @@ fn compiler_refuses_mistakes_and_says_what_is_wrong() {
 
 mod at_the_start {
     use std::cell::Cell;
+    use std::sync::Mutex;
 
     use pneumatic_servo::conformance::law::benched;
     use pneumatic_servo::prelude::*;
@@ -269,8 +270,12 @@ mod at_the_start {
         Experiment { stop_time: 1.0, step_size: 0.1, signals: &[], panels: &[] },
     );
 
+    /// Tables are forgotten unless another thread makes one.
+    static TABLES: Mutex<()> = Mutex::new(());
+
     #[test]
     fn faults_of_tables_and_states_without_magnitude_are_refused_by_name() -> Result<(), Box<dyn std::error::Error>> {
+        let _alone = TABLES.lock();
         for (fault, (_, expected)) in FAULTS.iter().enumerate() {
             FAULT.set(fault);
             forget_tables();
@@ -344,6 +349,7 @@ mod at_the_start {
             ("Greedy", "friction.greedy.states = 11 is refused: a law may have 1 state of the kind Deflection, or 10"),
             ("Secretive", "friction.secretive.states = 2 is refused: the law names 1 states"),
         ];
+        let _alone = TABLES.lock();
         for (law, expected) in cases {
             let setup = benched::<catalogue::Friction>(law, "Free");
             let refused = setup.start(0.0).err().map(|error| error.to_string()).unwrap_or_default();
