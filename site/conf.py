@@ -1,4 +1,4 @@
-"""How Sphinx makes the site of the pages that `gather.py` has laid out; run by `cargo xtask site`."""
+"""Configuration of Sphinx for the site of the pages that `gather.py` has laid out; run by `cargo xtask site`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the studies share: many runs of a model on all cores, with a progress bar, and figures of one style."""
+"""Helpers of the studies: many runs of a model on all cores, with a progress bar, and figures of one style."""
 
 from __future__ import annotations
 

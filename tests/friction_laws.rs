@@ -1,4 +1,4 @@
-//! What every friction law of the registry must do, whatever law it is.
+//! Properties that every friction law of the registry has.
 
 mod bounds;
 mod rig;

@@ -1,4 +1,4 @@
-//! What the default bristle of the law LuGre promises.
+//! Promises of the default bristle of the law LuGre.
 
 mod bounds;
 mod rig;

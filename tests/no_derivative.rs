@@ -1,4 +1,4 @@
-//! Where a run has no derivative: every such case is refused by name, time and reason, and what is near it is not.
+//! Points of a run without a derivative: every such case is refused by name, time and reason, and its neighbours are not.
 
 use pneumatic_servo::model::{Model, Plant, Setup, Steps, Value};
 use pneumatic_servo::models::{festoon, friction_bench, pneumatic_servo_cylinder};

@@ -1,4 +1,4 @@
-//! What ends a run of the hybrid solver, and what its errors say.
+//! Errors that end a run of the hybrid solver, and their messages.
 
 mod bounds;
 #[macro_use]

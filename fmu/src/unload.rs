@@ -1,4 +1,4 @@
-//! When the library is unloaded.
+//! Clean-up when the library is unloaded.
 
 #![allow(unsafe_code, reason = "this is an interface to C")]
 

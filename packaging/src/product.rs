@@ -1,4 +1,4 @@
-//! Whose FMUs are packed: those of the project, or those of a crate of somebody else.
+//! The owner of the FMUs to pack: the project, or a crate of a user.
 
 use std::path::{Path, PathBuf};
 

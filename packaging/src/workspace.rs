@@ -1,4 +1,4 @@
-//! Where the repository and its build products are.
+//! Paths of the repository and its build products.
 
 use std::path::{Path, PathBuf};
 

@@ -1,4 +1,4 @@
-//! What the page keeps: a few plants, and the buffer through which numbers go.
+//! The session of the page: a few plants, and the buffer through which numbers go.
 
 use pneumatic_servo::model::Plant;
 use pneumatic_servo::model::{Model, Setup};

@@ -1,4 +1,4 @@
-//! What the page has set, as SSV.
+//! Parameter sets of the page as SSV.
 
 use pneumatic_servo::models;
 use pneumatic_servo_ssp::{Parameter, ParameterSet};

@@ -1,4 +1,4 @@
-"""What can go wrong, and what is only unusual."""
+"""Errors and warnings of the package."""
 
 from __future__ import annotations
 

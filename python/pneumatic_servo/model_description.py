@@ -1,4 +1,4 @@
-"""What a model is: its variables, its default experiment, and what is told of its values."""
+"""Descriptions of models: variables, default experiment, warnings about values."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is unusual about values that are accepted, told as warnings."""
+"""Warnings about accepted values that are unusual."""
 
 from __future__ import annotations
 

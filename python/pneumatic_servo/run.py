@@ -1,4 +1,4 @@
-"""What runs have recorded."""
+"""Recorded runs."""
 
 from __future__ import annotations
 

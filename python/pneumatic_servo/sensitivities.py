@@ -1,4 +1,4 @@
-"""How what a run records changes with parameters, inputs and states."""
+"""Sensitivities of the recorded outputs of a run to parameters, inputs and states."""
 
 from __future__ import annotations
 

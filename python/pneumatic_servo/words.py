@@ -1,4 +1,4 @@
-"""How arguments are named in messages: as those of Python, or as options of the command line."""
+"""Names of arguments in messages: those of Python, or options of the command line."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-//! What can be simulated, and its variables.
+//! Models and their variables.
 
 use pneumatic_servo::model;
 use pneumatic_servo::variables::{Kind, Meaning, Role, Variable};

@@ -1,4 +1,4 @@
-//! How what a run records changes with parameters, inputs and states.
+//! Sensitivities of the recorded outputs of a run.
 
 use numpy::ndarray::Array3;
 use numpy::{IntoPyArray, PyArray3};

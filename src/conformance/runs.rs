@@ -1,4 +1,4 @@
-//! What holds for the runs of a model with the solver inside.
+//! Checks of the runs of a model under co-simulation.
 
 use super::{moved, started, told};
 use crate::co_simulation::Simulation;

@@ -1,4 +1,4 @@
-//! What a friction law is: what it sees of the contact, and what it answers.
+//! The trait of friction laws: from the state of the contact to the friction force.
 
 use serde::{Serialize, de::DeserializeOwned};
 

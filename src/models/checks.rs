@@ -1,4 +1,4 @@
-//! What tests of several models share.
+//! Helpers of the tests of several models.
 
 use crate::friction::Law;
 use crate::model::{Seeds, Start};

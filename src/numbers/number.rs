@@ -1,4 +1,4 @@
-//! What all numbers of the equations can do, single ones and two side by side.
+//! Operations that all numbers of the equations have, single ones and pairs.
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 

@@ -1,4 +1,4 @@
-//! What an actuator is.
+//! The trait of actuators.
 
 use serde::{Serialize, de::DeserializeOwned};
 

@@ -1,4 +1,4 @@
-//! What feeds the chambers of a cylinder, on a voltage: actuators to choose from.
+//! The catalogue of actuators: valves and regulators that feed the chambers of a cylinder on a voltage.
 
 pub use super::actuating::{ACTUATION, Actuating, FLOW, Ports, STATES, SUPPLY, VOLTAGE};
 use super::{regulator, switching, valve};

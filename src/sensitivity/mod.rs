@@ -1,4 +1,4 @@
-//! How a run changes with a parameter, a start value, a state or an input: exact through events.
+//! Sensitivities of a run to parameters, start values, states and inputs, exact through events.
 //!
 //! A run is repeated in numbers that carry a slope in one direction ([`Tangent`](crate::numbers::Tangent)): the same equations,
 //! the same solver, the same bits ([`Varied`]). Its slopes are those of the scheme with all adaptive choices held, which is

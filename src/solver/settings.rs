@@ -1,4 +1,4 @@
-//! How a run is integrated.
+//! Settings of the solver.
 
 use crate::system::{DEFAULT_TOLERANCE, Scheme, Tuning};
 

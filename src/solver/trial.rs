@@ -1,4 +1,4 @@
-//! What schemes take and give.
+//! Arguments and results of the integration schemes.
 
 use nalgebra::SMatrix;
 

@@ -1,4 +1,4 @@
-//! What can end a mode of a model.
+//! Events: the end of a mode of a model.
 
 use super::System;
 use crate::numbers::Real;

@@ -1,4 +1,4 @@
-//! What makes runs faster, as data.
+//! Hints for the solver, as data.
 
 use super::LongestSteps;
 

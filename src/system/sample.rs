@@ -1,4 +1,4 @@
-//! When sampled parts take their samples.
+//! Sample times of sampled parts.
 
 use crate::numbers::{Real, Scalar};
 

@@ -1,4 +1,4 @@
-//! What is unusual about values that are accepted.
+//! Warnings: accepted values that are unusual.
 
 use std::fmt;
 

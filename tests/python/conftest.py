@@ -1,4 +1,4 @@
-"""What the tests share: the packaged FMU, an instance of it, and the default experiment."""
+"""Fixtures: the packaged FMU, an instance of it, and the default experiment."""
 
 from __future__ import annotations
 

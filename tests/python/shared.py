@@ -1,4 +1,4 @@
-"""What the tests share: the friction laws, and runs with the input of the default experiment."""
+"""Fixtures of several tests: the friction laws, and runs with the input of the default experiment."""
 
 import os
 from collections.abc import Iterator

@@ -1,4 +1,4 @@
-"""What a host reads about the FMU before it runs it."""
+"""The description of the FMU as a host reads it before a run."""
 
 import zipfile
 from pathlib import Path

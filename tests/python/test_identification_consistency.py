@@ -1,4 +1,4 @@
-"""What is said of signals that do not fit one another, before anything is fitted."""
+"""Messages about signals that do not fit one another, before anything is fitted."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What free curves of friction say that a law could still gain."""
+"""Free curves of friction: the gain that any law could still bring."""
 
 from __future__ import annotations
 

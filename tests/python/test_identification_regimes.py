@@ -1,4 +1,4 @@
-"""What a verdict says of kinds of motion, bounds and ranges."""
+"""Verdicts on kinds of motion, bounds and ranges."""
 
 from __future__ import annotations
 

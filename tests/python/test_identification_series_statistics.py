@@ -1,4 +1,4 @@
-"""What a series makes of its records, on problems whose answer is known in closed form."""
+"""Statistics of a series of records, on problems whose answer is known in closed form."""
 
 from __future__ import annotations
 

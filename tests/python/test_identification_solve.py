@@ -1,4 +1,4 @@
-"""How a fit searches: no more starts and steps than are needed."""
+"""The search of a fit: no more starts and steps than are needed."""
 
 from __future__ import annotations
 

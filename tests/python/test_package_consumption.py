@@ -1,4 +1,4 @@
-"""What a run draws from its supply."""
+"""Air consumption of a run."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the package writes it reads again, and tables as the world writes them."""
+"""Files that the package writes are read again, and tables of other programs."""
 
 from __future__ import annotations
 

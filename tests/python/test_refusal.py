@@ -1,4 +1,4 @@
-"""What cannot be accepted is refused with a message that says why."""
+"""Refusals: messages say why something cannot be accepted."""
 
 import math
 from pathlib import Path

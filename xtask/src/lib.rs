@@ -1,3 +1,3 @@
-//! What `cargo xtask` does by itself.
+//! The commands of `cargo xtask`.
 
 pub mod new;

@@ -1,4 +1,4 @@
-//! What the exported functions have in common.
+//! Code that the exported functions share.
 
 /// Makes the C functions that work on an instance, each from its declaration: its documentation, its arguments after the
 /// component, the call of the table that it stands for, and what it does; and from the declarations of all functions

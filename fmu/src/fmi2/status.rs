@@ -1,4 +1,4 @@
-//! What `fmi2GetStatus` and its kin tell about the last step.
+//! Answers of `fmi2GetStatus` and its variants about the last step.
 
 use super::types::{Boolean, DISCARD, OK, Real, Status, status_kind};
 use crate::failure::Failure;

@@ -1,4 +1,4 @@
-//! Where a communication step leads, and which differences of time are rounding.
+//! The end of a communication step, and the tolerance for rounding between clocks.
 
 use crate::failure::Failure;
 

@@ -1,4 +1,4 @@
-//! What variables depend on.
+//! Dependencies of variables on each other.
 
 use super::Instance;
 use crate::failure::Failure;

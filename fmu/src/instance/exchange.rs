@@ -1,4 +1,4 @@
-//! What a solver outside asks of an instance.
+//! Model exchange: answers to a solver outside.
 
 use super::Instance;
 use super::record::Kind;

@@ -1,4 +1,4 @@
-//! Where the value of each variable of a model is kept.
+//! The layout of values: the place of each variable of a model.
 
 use std::fmt;
 use std::ops::Range;

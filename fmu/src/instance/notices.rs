@@ -1,4 +1,4 @@
-//! What is unusual about a run: told when it begins to be, not at every step.
+//! Warnings of a run: given once, when their condition begins to hold.
 
 use super::Instance;
 use crate::failure::Failure;

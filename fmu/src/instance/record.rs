@@ -1,4 +1,4 @@
-//! What an instance remembers besides the states of its model.
+//! The record of an instance: all that it keeps besides the states of its model.
 
 use serde::{Deserialize, Serialize};
 

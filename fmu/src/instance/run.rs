@@ -1,4 +1,4 @@
-//! What runs the model of an instance, with its computed values at hand.
+//! The run of the model of an instance, with a cache of its computed values.
 
 use super::layout::Layout;
 use super::record::{Kind, Record};

@@ -1,4 +1,4 @@
-//! What the host's logger is told.
+//! Messages to the host's logger.
 
 use std::ffi::{CStr, CString, c_char, c_int, c_void};
 use std::ptr;

@@ -1,4 +1,4 @@
-//! What the library exports.
+//! Exported symbols of the library.
 
 use std::collections::BTreeSet;
 use std::ffi::CStr;

@@ -1,4 +1,4 @@
-//! What an instance should be, without the C interface.
+//! A reference instance without the C interface.
 
 use std::ffi::{c_int, c_void};
 

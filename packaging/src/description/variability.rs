@@ -1,4 +1,4 @@
-//! What both versions of FMI say of a variable in the same words.
+//! Causality and variability, named alike by both versions of FMI.
 
 use pneumatic_servo::variables::{Kind, Role, Variable};
 use pneumatic_servo_ssp::xml::Element;

@@ -1,4 +1,4 @@
-//! What the gates look at, whatever the format of the file.
+//! Facts about a shared library, independent of its format.
 
 use std::collections::BTreeSet;
 

@@ -1,4 +1,4 @@
-//! What a shared library must satisfy before it goes into an FMU.
+//! Requirements that a shared library must meet before it goes into an FMU.
 
 mod elf;
 mod exports;

@@ -1,4 +1,4 @@
-"""What the commands share: options, values on the command line, and tables of inputs."""
+"""Options, values on the command line and tables of inputs that the commands share."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How sure a prediction is: runs under draws from a posterior."""
+"""Prediction bands: runs with samples of the posterior."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How sure the values are: intervals, correlations, and what the data do not determine."""
+"""Confidence intervals, correlations, and parameters that are not identifiable."""
 
 from __future__ import annotations
 

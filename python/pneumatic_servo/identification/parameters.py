@@ -1,4 +1,4 @@
-"""What is free in a fit: names, bounds, and how the solver sees them."""
+"""Estimated parameters of a fit: names, bounds, scales."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a fit leaves of the data, and whether it looks like noise."""
+"""Residuals of a fit, and tests of whether they look like noise."""
 
 from __future__ import annotations
 

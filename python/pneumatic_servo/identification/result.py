@@ -1,4 +1,4 @@
-"""What comes out of a fit."""
+"""Results of a fit."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What can be measured, and in which units a fit speaks of it."""
+"""Signals that can be measured, and their units in a fit."""
 
 from __future__ import annotations
 

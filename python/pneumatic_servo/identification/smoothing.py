@@ -1,4 +1,4 @@
-"""What is done to measured signals before they are used; it is always reported."""
+"""Smoothing of measured signals before they are used; it is always reported."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a fit is worth: a paragraph and a traffic light."""
+"""The verdict on a fit: a paragraph and a traffic light."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a fit is doing, told while it does, and the best it has found when it is interrupted."""
+"""Progress of a fit, and the best result so far when it is interrupted."""
 
 from __future__ import annotations
 

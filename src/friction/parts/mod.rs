@@ -1,4 +1,4 @@
-//! What several laws are made of.
+//! Parts that several friction laws are made of.
 
 /// Declares a struct around a law of a simpler kind, so that it can be a [`FrictionLaw`](super::law::FrictionLaw): its
 /// parameters are those of the law.

@@ -1,4 +1,4 @@
-//! What a cylinder may have beyond the rig: everything here is off by default.
+//! Options of the cylinder beyond the rig: everything here is off by default.
 //!
 //! Equations of a cylinder that uses some of it are compiled apart (`EXTENDED`), so that nothing of it
 //! costs the others an instruction. The diameter of a second rod is a number like others, and costs nobody anything.

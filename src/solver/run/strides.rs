@@ -1,4 +1,4 @@
-//! What depends on the size of a step alone, kept for as long as steps have that size.
+//! Coefficients that depend on the size of a step alone, kept while steps have that size.
 
 use crate::numbers::Varying;
 use crate::system::Stride;

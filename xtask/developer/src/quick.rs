@@ -1,4 +1,4 @@
-//! What is compiled in the profile `quick`: packages and features, the same for all who build there.
+//! Packages and features of the builds in the profile `quick`: builds with the same ones share their artifacts.
 
 /// The features of the plant that `cargo xtask` is compiled with: what has the same finds it compiled in `target/quick`.
 pub const FEATURES: [&str; 2] = ["--features", "pneumatic-servo/all-models,pneumatic-servo/sensitivities"];

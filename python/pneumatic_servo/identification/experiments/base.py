@@ -1,4 +1,4 @@
-"""What an experiment is: which model is run with which signals, and what is compared."""
+"""Experiments: the model that is run, its inputs, and the outputs that are compared."""
 
 from __future__ import annotations
 

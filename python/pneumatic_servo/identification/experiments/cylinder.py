@@ -1,4 +1,4 @@
-"""What the experiments with the whole cylinder share."""
+"""The common part of the experiments with the whole cylinder."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is made of a measured position."""
+"""Velocity and acceleration from a measured position."""
 
 from __future__ import annotations
 

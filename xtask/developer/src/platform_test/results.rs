@@ -1,4 +1,4 @@
-//! What the host prints, and whether it is what it must be.
+//! Output of the host, compared with the expected one.
 
 use anyhow::{Context, Result, bail, ensure};
 

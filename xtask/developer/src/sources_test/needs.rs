@@ -1,4 +1,4 @@
-//! What the plant needs on a target, and the table of that in `docs/target.md`.
+//! Memory and instructions of the plant on a target, and the table of them in `docs/target.md`.
 
 use std::path::PathBuf;
 use std::process::Command;
