@@ -4,7 +4,8 @@ The rules are few, so that each finding is worth a look:
 
 - a sentence has at most 40 words, code and links counting as one each;
 - no word comes twice in a row;
-- no long word where a short one says the same (`WORDY`).
+- no long word where a short one says the same (`WORDY`);
+- a module of Rust or Python opens with a noun, not with a pronoun or an adverb (`OPENINGS`).
 
 Tables, code, formulas and headings are no sentences. Usage: python site/english.py [FILE ...]
 """
@@ -33,6 +34,9 @@ WORDY = {
     "herein": "here", "thereof": "of it", "notwithstanding": "despite", "and/or": "or", "basically": "", "simply": "",
     "obviously": "", "of course": "", "very unique": "unique", "please note that": "", "it should be noted that": "",
 }  # fmt: skip
+MODULES = ["*/src/**/*.rs", "src/**/*.rs", "*/*/src/**/*.rs", "**/tests/**/*.rs", "python/**/*.py", "tests/python/*.py",
+           "site/*.py", "studies/*.py", "examples/*.py"]  # fmt: skip
+OPENINGS = re.compile(r'(?://! |""")(What|How|Who|Whose|Whether|Where|When|Why|Those|That|These)\b')
 ABBREVIATIONS = re.compile(r"\b(e\.g|i\.e|etc|vs|al|Fig|Eq|No|approx|Trans|J|Proc|Soc|Math)\.")
 ALLOWED_TWICE = {"that", "had", "CODE", "FORMULA"}
 
@@ -125,6 +129,16 @@ def problems(paragraph: str) -> Iterator[str]:
                 yield f"{wordy!r} can be {short!r}" if short else f"{wordy!r} can be left out"
 
 
+def pronouns() -> Iterator[str]:
+    """Name the modules that open with a pronoun or an adverb."""
+    for file in sorted({file for text in MODULES for file in ROOT.glob(text)}):
+        name = file.relative_to(ROOT)
+        if {"target", "node_modules"}.isdisjoint(name.parts):
+            opening = OPENINGS.match(file.read_text(encoding="utf-8"))
+            if opening:
+                yield f"{name}:1: opens with {opening[1]}, not with a noun"
+
+
 def main(given: list[str]) -> int:
     files = [Path(name) for name in given] or sorted(file for text in TEXTS for file in ROOT.glob(text))
     found = count = 0
@@ -136,6 +150,9 @@ def main(given: list[str]) -> int:
             for problem in problems(paragraph):
                 found += 1
                 print(f"{file.relative_to(ROOT) if file.is_relative_to(ROOT) else file}:{line}: {problem}")
+    for problem in [] if given else pronouns():
+        found += 1
+        print(problem)
     print(f"{len(files)} texts, {count} sentences, {found} to be looked at")
     return 1 if found or not count else 0
 

@@ -1,4 +1,4 @@
-//! What it takes to write a friction law, an actuator or a model of one's own: `use pneumatic_servo::prelude::*;`.
+//! Imports for a friction law, an actuator or a model of one's own: `use pneumatic_servo::prelude::*;`.
 //!
 //! | to write | implement | then |
 //! |---|---|---|

@@ -1,4 +1,4 @@
-"""What the costliest communication steps cost beside the median, under every friction law.
+"""Costs of the costliest communication steps beside the median, under every friction law.
 
 The cylinder runs its default experiment (3 s, 5 +- 2 V, 1 Hz, communication steps of 1 ms) ten times, each time from
 another phase of the sine. Of each communication step the attempts of the solver are counted, rejected ones among them.

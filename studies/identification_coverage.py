@@ -1,4 +1,4 @@
-"""How often the 95 % intervals of a fit contain what is true.
+"""Coverage of the 95 % intervals of a fit.
 
 Rigs that are integrated independently of this library (synthetic_rig.py), seen by sensors with noise and 12 bits, are
 fitted again and again with other noise. For every law and parameter the number of repetitions is counted in which the

@@ -1,4 +1,4 @@
-"""Whether plans keep what they promise: the intervals that a plan foretells against those of rigs measured so.
+"""Intervals that plans predict, against the intervals of rigs measured by these plans.
 
 For each law the experiment that `plan` recommends is done on a rig that is integrated independently of this library
 (synthetic_rig.py), seen by sensors with the noise that the plan was given, again and again with other noise. Each

@@ -1,4 +1,4 @@
-"""What a friction law does on the bench: its steady curve, its presliding loops, stick-slip on a soft spring."""
+"""Portraits of a friction law on the bench: steady curve, presliding loops, stick-slip on a soft spring."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How the error of a run follows the tolerance that is asked for, and what it costs.
+"""Error and cost of a run by the tolerance that is asked for.
 
 The cylinder runs its default experiment (5 +- 2 V, 1 Hz, communication steps of 1 ms) at tolerances from 1e-3 to 1e-9,
 four in each decade, under six friction laws. Errors are those against a run at a tolerance of 1e-11: the largest one of

@@ -1,4 +1,4 @@
-//! What a cylinder draws from its supply, against the consumption of textbooks: a chamber that is filled from ambient pressure
+//! Air consumption of a cylinder, against the consumption of textbooks: a chamber that is filled from ambient pressure
 //! at its least volume to that of the supply at its greatest.
 
 mod bounds;

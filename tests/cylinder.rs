@@ -1,4 +1,4 @@
-//! What temperatures, pressures, forces and start values of the cylinder mean, each where it differs from every other.
+//! Temperatures, pressures, forces and start values of the cylinder, each where it differs from every other.
 
 mod bounds;
 mod rig;

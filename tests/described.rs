@@ -1,4 +1,4 @@
-//! What the files of `modelDescription` tell users of variables and experiments is what the models say.
+//! Files of `modelDescription`: variables and experiments are those of the models.
 
 use std::collections::BTreeMap;
 

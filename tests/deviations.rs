@@ -1,4 +1,4 @@
-//! What the other tests hold deviations against: nothing that is no number passes.
+//! Bounds on deviations in the other tests: nothing that is no number passes.
 
 mod bounds;
 

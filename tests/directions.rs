@@ -1,4 +1,4 @@
-//! What differs by direction: friction outwards and inwards, and which chamber is open.
+//! Differences by direction: friction outwards and inwards, and which chamber is open.
 
 mod bounds;
 mod rig;

@@ -1,4 +1,4 @@
-//! What the docs say of the solver's work is what it does: steps and events are counts, the same on every machine.
+//! Claims of the docs about the solver's work: steps and events are counts, the same on every machine.
 //!
 //! `cargo xtask record` writes them anew where a change is meant to change them.
 

@@ -1,4 +1,4 @@
-//! What holds for every model: derivatives of its states, results that do not depend on how it is stepped, choices by number,
+//! Properties of every model: derivatives of its states, results that do not depend on how it is stepped, choices by number,
 //! and saved states.
 
 mod rig;

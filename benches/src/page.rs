@@ -1,4 +1,4 @@
-//! What `docs/performance.md` holds of a run: its tables as they stand there, and the files beside it.
+//! Results of a run in `docs/performance.md`: its tables as they stand there, and the files beside it.
 
 use std::fmt::Write as _;
 

@@ -1,4 +1,4 @@
-//! What sources in C need of a module besides the functions of FMI: room for the host's arrays, its logger, the message of a
+//! Services of a module for sources in C besides the functions of FMI: room for the host's arrays, its logger, the message of a
 //! panic, and the one model that the module serves.
 
 #![allow(unsafe_code, reason = "this is an interface to C")]

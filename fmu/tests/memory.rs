@@ -1,4 +1,4 @@
-//! What the C functions allocate. The functions are linked into this test, so that its allocator counts.
+//! Allocations of the C functions. The functions are linked into this test, so that its allocator counts.
 
 #![allow(unsafe_code, reason = "a C interface is called, and an allocator made")]
 

@@ -1,4 +1,4 @@
-//! Why a call of the page is refused.
+//! Refusals of calls of the page.
 
 use std::fmt;
 

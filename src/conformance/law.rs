@@ -1,4 +1,4 @@
-//! What every friction law must do, whatever law it is: alone, and in the friction bench.
+//! Properties of every friction law: alone, and in the friction bench.
 
 use std::f64::consts::TAU;
 

@@ -1,4 +1,4 @@
-//! What is promised of every law and every model, as checks for their tests. Those of this library pass the same.
+//! Promises of every law and every model, as checks for their tests. The laws and models of this library pass the same.
 //!
 //! | check | what is promised |
 //! |---|---|

@@ -1,4 +1,4 @@
-//! What runs of equations have in common, whoever integrates them: how they are built, what they keep, what is saved.
+//! The common part of co-simulation and model exchange: building runs, their bookkeeping, snapshots.
 
 mod build;
 mod differentiate;

@@ -1,4 +1,4 @@
-//! Why a solver stops.
+//! Errors of the solver.
 
 use std::fmt;
 

@@ -1,4 +1,4 @@
-//! How long explicit steps may be where something swings or relaxes quickly. Beyond what is stable, errors of rounding would
+//! Stability limits of explicit steps where something swings or relaxes quickly. Beyond them, errors of rounding would
 //! grow to the tolerance where nothing moves.
 
 /// Product of the rate of a swing or a relaxation and the step size up to which the classical method damps it, at any damping:

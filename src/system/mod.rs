@@ -1,4 +1,4 @@
-//! What a model is: equations with tables. Nothing here knows how a model is run.
+//! Models: equations with tables. Nothing here knows how a model is run.
 //!
 //! | place | what lives there |
 //! |---|---|

@@ -1,4 +1,4 @@
-//! Why a value is refused.
+//! Errors of refused values.
 
 use std::fmt;
 

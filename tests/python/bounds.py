@@ -1,4 +1,4 @@
-"""How far results are from what they should be: a bound is at most ten times what is observed, or `why` says why."""
+"""Bounds on deviations: each is at most ten times the observed deviation, or `why` says why."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What draws are made of: densities, proposals and places to begin, of problems that are known as a whole."""
+"""Sampling of posteriors: densities, proposals and starting points, of problems that are known as a whole."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What experiments make of signals of which velocities, accelerations and forces are known in closed form.
+"""Experiments with signals whose velocities, accelerations and forces are known in closed form.
 
 Parabolas and straight lines pass the smoothing as they are.
 """

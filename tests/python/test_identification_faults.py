@@ -1,4 +1,4 @@
-"""What a fault of a sensor, or any other curve of friction, would explain of what is left, where that is known."""
+"""Sensor faults and other curves of friction as explanations of residuals, where the explanation is known."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where a search starts: at levels of friction that the record shows, whatever the law calls them."""
+"""The start of a search: at levels of friction that the record shows, under every law."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What recorders and tables do to data, each named with its time, row and value; the data are made by formulas."""
+"""Faults of recorders and tables, each named with its time, row and value; the data are made by formulas."""
 
 from __future__ import annotations
 

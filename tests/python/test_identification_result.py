@@ -1,4 +1,4 @@
-"""What a fit gives away: settings, JSON, a set of values, a page of a notebook and a text, each as a whole."""
+"""Outputs of a fit: settings, JSON, a set of values, a page of a notebook and a text, each as a whole."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a fit says of itself, on data whose faults are known."""
+"""Verdicts of fits on data whose faults are known."""
 
 from __future__ import annotations
 

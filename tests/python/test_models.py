@@ -1,4 +1,4 @@
-"""What a host sees of every model: valid, runnable under every law, and the same from a restored state."""
+"""Every model as a host sees it: valid, runnable under every law, and the same from a restored state."""
 
 import struct
 import zipfile

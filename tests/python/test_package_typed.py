@@ -1,4 +1,4 @@
-"""What people type in notebooks and scripts: inputs, attributes, runs and tables mean what they look like."""
+"""Input as typed in notebooks and scripts: inputs, attributes, runs and tables mean what they look like."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-//! What the faces have in common: how a C function gets at an instance, and how vectors and single values are handed
+//! The common part of the C interfaces: how a C function gets at an instance, and how vectors and single values are handed
 //! over.
 //!
 //! # Safety

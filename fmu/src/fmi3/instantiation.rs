@@ -1,4 +1,4 @@
-//! What the C functions do that make instances, each for one kind of use of the models of a library; the functions
+//! Instantiation by the C functions, each for one kind of use of the models of a library; the functions
 //! themselves come from [`export_fmu!`](crate::export_fmu).
 //!
 //! # Safety

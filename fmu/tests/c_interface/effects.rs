@@ -1,4 +1,4 @@
-//! What calls each exported function so that it is missed: without the function, which then does nothing and says that all
+//! Calls of each exported function by which it is missed: without the function, which then does nothing and says that all
 //! is well, the test named here fails.
 
 use std::collections::BTreeSet;

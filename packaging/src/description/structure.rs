@@ -1,4 +1,4 @@
-//! What `ModelStructure` tells: outputs and state derivatives, what they depend on, and what is computed at initialization.
+//! `ModelStructure`: outputs and state derivatives, their dependencies, and the unknowns of initialization.
 
 use std::collections::BTreeSet;
 

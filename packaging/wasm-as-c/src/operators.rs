@@ -1,4 +1,4 @@
-//! What the operators of WebAssembly are in C, but for those of control, variables, memory and calls.
+//! Operators of WebAssembly in C, but for those of control, variables, memory and calls.
 
 /// A type of values, by the letter of the C variables that hold them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

@@ -1,4 +1,4 @@
-"""Whether signals fit one another: signs, chambers, velocities; told before anything is fitted."""
+"""Consistency of signals with one another: signs, chambers, velocities; reported before anything is fitted."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Whether a law holds from one operating condition to another: each is left out in turn, and predicted by the others.
+"""Cross-validation of a law over operating conditions: each is left out in turn, and predicted from the others.
 
 That a law describes all conditions together says little of the next one. So the law is fitted without one of them, and
 what it says of that one is held against what was measured there, once as what is left of each signal, and once as

@@ -1,4 +1,4 @@
-"""Whether a fault of one sensor would explain what a fit leaves.
+"""Tests of faults of single sensors as explanations of the residuals of a fit.
 
 A voltage that is recorded late, a pressure behind the filter of a recorder, a sensor with an offset: each leaves its
 own trace in the residuals. For every gain, offset, delay and lag that nobody has freed or given, the residuals are

@@ -1,4 +1,4 @@
-"""What any law could still gain: a free curve of friction over velocity, load and position, on top of the fitted law.
+"""Free curves of friction over velocity, load and position on top of the fitted law: the gain that any law could bring.
 
 Penalized cubic splines (P. H. C. Eilers and B. D. Marx, "Flexible smoothing with B-splines and penalties", Statistical
 Science, 1996) are fitted to what the law leaves of friction, each direction of motion by itself. What they leave of

@@ -1,4 +1,4 @@
-"""Whether data can be what they are taken for: units, sample interval, outliers, what is assumed, what a fit leaves."""
+"""Plausibility of data: units, sample interval, outliers, assumptions, residuals of a fit."""
 
 from __future__ import annotations
 

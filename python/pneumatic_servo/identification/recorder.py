@@ -1,4 +1,4 @@
-"""What converters and recorders do to signals: readings that stop at an end, samples that are lost or repeated."""
+"""Faults of converters and recorders: clipped readings, samples that are lost or repeated."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a fit leaves in each kind of motion, and whether it looks like noise there.
+"""Residuals of a fit in each kind of motion, and tests of whether they look like noise there.
 
 A test over all samples says little where a carriage rests for most of a record: what is missed at break-away drowns. So
 each kind of motion is tested alone, by the portmanteau test of G. M. Ljung and G. E. P. Box ("On a measure of lack of

@@ -1,4 +1,4 @@
-"""Whether a fixed setting, such as a supply given gauge for absolute, would explain what a fit leaves.
+"""Tests of fixed settings, such as a supply given gauge for absolute, as explanations of the residuals of a fit.
 
 For every setting of the machine that is neither free nor measured the residuals are asked how much less would be left
 if it were free (a score test, as for sensors in `doubts`). Those that promise most, and every other thermal model, are

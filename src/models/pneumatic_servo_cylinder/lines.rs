@@ -1,4 +1,4 @@
-//! What lies between supply, valve and chambers: a meter, a vessel, hoses, and restrictions where a hose meets its chamber.
+//! Lines between supply, valve and chambers: a meter, a vessel, hoses, and restrictions where a hose meets its chamber.
 //!
 //! Hoses, meter and vessel have states of their own, behind those of the friction law; a cylinder without them has none of these.
 

@@ -1,4 +1,4 @@
-//! What the laws do, by closed forms, in models of the library.
+//! Closed forms of the laws, in models of the library.
 
 use own_law::catalogue::Friction;
 use own_law::{BENCH, CYLINDER};

@@ -1,4 +1,4 @@
-//! What the pair of valves does, by closed forms and balances, on the cylinder of the library.
+//! Closed forms and balances of the pair of valves, on the cylinder of the library.
 
 use own_valve::CYLINDER;
 use pneumatic_servo::conformance;

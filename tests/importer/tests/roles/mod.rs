@@ -1,4 +1,4 @@
-//! What the crate calls the roles of the table, in the schema of either version of the standard.
+//! Names of the roles of the table, in the schema of either version of the standard.
 
 /// Declares the causality and the variability that a variable must have, with the names of a schema.
 macro_rules! in_schema {
