@@ -77,6 +77,7 @@ fn contexts(model: &Model, name: &str) -> Vec<Changes> {
             ];
             vec![NOISY.into_iter().flat_map(|[noise, sampling]| [(noise, 1e-4), (sampling, 2e-3)]).collect()]
         }
+        ["coupling", "damping"] => vec![vec![("motion", 2.0), ("coupling.compliance", 1e-5)]],
         ["leakage", "b"] => vec![vec![("chamberA.leakage", 1e-9)]],
         ["switching", ..] | ["switching.centreNumber"] => vec![vec![("actuation", 3.0)]],
         ["valve", part, ..] if part.starts_with("table") => {

@@ -224,7 +224,8 @@ fn solver_outside_sees_the_same_readings() {
     let table = setup.table();
     let counts = [table.number_of_states(), MODEL.indicators().len()];
     let model = setup.exchange(0.0).unwrap().unwrap();
-    let mut host = Host::new(model, setup.inputs(), counts, |_, inputs| inputs.copy_from_slice(&[7.0, 0.0, 5e5]), 1e-9);
+    let mut host =
+        Host::new(model, setup.inputs(), counts, |_, inputs| inputs[..3].copy_from_slice(&[7.0, 0.0, 5e5]), 1e-9);
     let mut inside = setup.start(0.0).unwrap();
     for number in 1..=50 {
         let time = f64::from(number) * 1e-3 + 1e-4;

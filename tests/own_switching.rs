@@ -150,7 +150,8 @@ fn solver_outside_sees_every_edge() {
     let model = setup.exchange(0.0).unwrap().unwrap();
     let table = setup.table();
     let counts = [table.number_of_states(), MODEL.indicators().len()];
-    let mut host = Host::new(model, setup.inputs(), counts, |_, inputs| inputs.copy_from_slice(&[7.0, 0.0, 5e5]), 1e-9);
+    let mut host =
+        Host::new(model, setup.inputs(), counts, |_, inputs| inputs[..3].copy_from_slice(&[7.0, 0.0, 5e5]), 1e-9);
     let mut inside = setup.start(0.0).unwrap();
     for step in 1..=100 {
         let time = f64::from(step) * 1e-3;

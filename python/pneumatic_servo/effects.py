@@ -61,6 +61,10 @@ NEEDS = [
           "chamberA.open = false"),
     _need(r"chamberB\.(pressure0|leakage)", lambda values: not values.get("chamberB.open", False),
           "chamberB.open = false"),
+    _need(r"position0|velocity0|mass\.moving|incline",
+          lambda values: values.get("motion") != "Imposed" or float(values.get("coupling.compliance", 0.0)) != 0.0,
+          "motion = Free or coupling.compliance above 0"),
+    _need(r"mass\.carriage", _is("motion", "Free"), "motion = Free"),
     _need(r"solver\.step", lambda values: values.get("solver.scheme", "Adaptive") != "Adaptive",
           "a solver.scheme of fixed steps"),
     _need(r"solver\.relativeTolerance", _is("solver.scheme", "Adaptive"), "solver.scheme = Adaptive"),
@@ -241,6 +245,7 @@ def _options(variables: Variables, settings: Mapping[str, Value]) -> tuple[tuple
 SWITCHES = {
     "hoseA.length", "hoseB.length", "throttleA.C", "throttleB.C", "cushion.length", "supply.volume", "load.stiffness",
     "friction.position.amplitude", "chamberA.leakage", "chamberB.leakage",
+    "coupling.compliance",
 }  # fmt: skip
 """Real parameters that switch options off by being 0."""
 

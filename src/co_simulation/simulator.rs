@@ -27,7 +27,7 @@ macro_rules! run_sized {
     ($start:expr, $equations:expr, $settings:expr, $inputs:expr, [$($states:expr $(=> $when:expr)?),+]) => {'run: {
         let (equations, settings) = ($equations, $settings);
         $crate::session::check::<_, { $inputs }>(&equations)?;
-        let states = $crate::system::System::states(&equations);
+        let states = $crate::system::System::<{ $inputs }>::states(&equations);
         $(
             if true $(&& $when)? && states <= $states {
                 break 'run $crate::co_simulation::Product::make::<_, { $states }, { $inputs }>(equations, settings, $start);

@@ -14,6 +14,7 @@
 //! | `registry` | one line for each law |
 //! | [`laws`] | the laws, one file each |
 //! | `states` | the states of a contact as variables |
+//! | `trend` | the acceleration of a prescribed motion |
 //! | [`parts`] | what several laws are made of, and the simpler kinds of law: of velocity, set-valued, of one bristle |
 
 pub mod catalogue;
@@ -25,8 +26,10 @@ pub mod laws;
 pub mod parts;
 mod registry;
 pub(crate) mod states;
+mod trend;
 
 pub use contact::{FrictionContact, Observation};
 pub use event::{Event, Indicators};
 pub use law::{Contact, ContactLaw, Drive, FrictionLaw, LawState, MAX_STATES, StateKind, Stiction};
 pub use registry::{Friction, LAWS, Law, Memory};
+pub(crate) use trend::{OVERWHELMING, Trend};

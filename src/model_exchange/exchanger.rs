@@ -243,7 +243,7 @@ impl<E: System<U>, const N: usize, const U: usize> Exchange for Exchanger<E, N, 
     }
 
     fn set_inputs(&mut self, values: &[f64]) {
-        self.inputs.copy_from_slice(values);
+        self.inputs.copy_from_slice(&values[..U]);
     }
 
     fn retune(&mut self, parameters: &[f64]) -> Result<(), ParameterError> {

@@ -17,10 +17,11 @@ use serde::{Deserialize, Serialize};
 
 use crate::co_simulation::Product;
 use crate::friction::{
-    self, Contact, ContactLaw, Event, Friction, FrictionContact, FrictionLaw, Indicators, Law, MAX_STATES, states,
+    self, Contact, ContactLaw, Event, Friction, FrictionContact, FrictionLaw, Indicators, Law, MAX_STATES, Trend,
+    states,
 };
 use crate::model::{Experiment, Functions, Model, Panel, Start};
-use crate::numbers::{Real, Scalar, Varying, sign};
+use crate::numbers::{Real, Scalar, Varying};
 use crate::system::{Indicator, Limits, Sample, System, Tables, references};
 use crate::variables::{Fixed, Notices, ParameterError, ParameterSet, Values, Variable, units};
 use crate::{enumeration, inputs, outputs, parameters, start_sized, states};
@@ -209,30 +210,6 @@ struct Course<S> {
     velocity: Option<S>,
 }
 
-/// How the speed of a prescribed motion changed last, also from one held value of the input to the next.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-struct Trend<S> {
-    /// Velocity last seen in m/s.
-    velocity: S,
-    /// 1 if its magnitude grew, or after a reversal; -1 if it fell.
-    sign: f64,
-}
-
-impl<S: Scalar> Trend<S> {
-    /// Takes notice of the present velocity.
-    fn follow(&mut self, velocity: S) {
-        let [now, before] = [velocity, self.velocity].map(S::value);
-        if now != before {
-            let falls = (0.0..1.0).contains(&(now / before));
-            self.sign = if falls { -1.0 } else { 1.0 };
-            self.velocity = velocity;
-        }
-    }
-}
-
-/// A force in N beyond everything that a friction law can answer with.
-const OVERWHELMING: f64 = 1e12;
-
 impl<L: FrictionLaw> FrictionBench<L> {
     /// Velocity of the mass: as prescribed, or the state, unless the friction law holds the position.
     fn rate<S: Scalar, const N: usize>(
@@ -261,11 +238,9 @@ impl<L: FrictionLaw> FrictionBench<L> {
 
     /// Force on the mass other than friction in N, as the friction law sees it.
     fn applied_force<S: Scalar, const N: usize>(&self, x: &[S; N], u: &Inputs<S>, rate: S, trend: f64) -> S {
-        let accelerates = trend * sign(rate.value());
-        if self.p.drive.prescribes() && accelerates != 0.0 && self.friction.law().asks_for_applied_force() {
-            return S::constant(accelerates * OVERWHELMING);
-        }
-        self.spring_force(x, u, rate) + u.applied_force
+        let applied = self.spring_force(x, u, rate) + u.applied_force;
+        let law = self.friction.law();
+        if self.p.drive.prescribes() { Trend::<S>::applied(trend, law, rate, applied) } else { applied }
     }
 
     /// The contact as the friction law sees it, for a velocity of the mass.
@@ -342,7 +317,7 @@ impl<L: FrictionLaw> System<INPUTS> for FrictionBench<L> {
         State::DrivePosition.set(&mut x, start);
         State::Position.set(&mut x, start);
         State::Velocity.set(&mut x, S::along(self.p.velocity0));
-        let trend = Trend { velocity: inputs.drive_velocity, sign: 1.0 };
+        let trend = Trend::new(inputs.drive_velocity);
         let rate = if self.p.drive.prescribes() { inputs.drive_velocity } else { State::Velocity.get(&x) };
         let contact = self.contact(S::zero(), &x, &inputs, rate, trend.sign);
         let friction = self.friction.start(&contact, &mut x);
@@ -401,7 +376,14 @@ impl<L: FrictionLaw> System<INPUTS> for FrictionBench<L> {
         self.friction.switch(Event::ALL[event], &contact, State::Velocity.at(N), x, &mut memory.friction);
     }
 
-    fn begin<S: Varying>(&self, duration: f64, u: &[S; INPUTS], memory: &mut Memory<L::Memory<S>, S>) -> bool {
+    fn begin<S: Varying, const N: usize>(
+        &self,
+        [_, duration]: [f64; 2],
+        _x: &[S; N],
+        u: &[S; INPUTS],
+        _slopes: &[f64; INPUTS],
+        memory: &mut Memory<L::Memory<S>, S>,
+    ) -> bool {
         if self.p.drive != Drive::PrescribedPosition {
             return false;
         }
@@ -474,10 +456,8 @@ impl<L: FrictionLaw> System<INPUTS> for FrictionBench<L> {
 
     fn fits<S: Varying>(&self, memory: &Memory<L::Memory<S>, S>) -> bool {
         let Course { end, velocity } = memory.course;
-        let is_plain = [memory.trend.velocity.value(), end.value(), velocity.map_or(0.0, S::value)]
-            .iter()
-            .all(|value| value.is_finite());
-        is_plain && self.friction.fits::<S>(&memory.friction)
+        let is_plain = [end.value(), velocity.map_or(0.0, S::value)].iter().all(|value| value.is_finite());
+        is_plain && memory.trend.is_sound() && self.friction.fits::<S>(&memory.friction)
     }
 
     fn outputs<S: Scalar, const N: usize>(

@@ -86,6 +86,9 @@ pub trait System<const U: usize>: Clone + Send + 'static {
     /// [`indicator_list`](Self::indicator_list).
     const EVENTS: &'static [Event] = &[];
 
+    /// How many inputs the table has, of which the equations read the first `U`.
+    const INPUTS: usize = U;
+
     /// Conserved quantities whose residuals are the last of the computed variables.
     const RESIDUALS: usize = 0;
 
@@ -210,9 +213,16 @@ pub trait System<const U: usize>: Clone + Send + 'static {
         false
     }
 
-    /// Takes notice of a communication step of a duration in s that begins here, with its inputs; returns whether the
-    /// memory may have changed.
-    fn begin<S: Varying>(&self, _duration: f64, _u: &[S; U], _memory: &mut Self::Memory<S>) -> bool {
+    /// Takes notice of a communication step that begins at a time and lasts for a duration, both in s, with its states, its
+    /// inputs and their slopes; returns whether the memory may have changed.
+    fn begin<S: Varying, const N: usize>(
+        &self,
+        _span: [f64; 2],
+        _x: &[S; N],
+        _u: &[S; U],
+        _slopes: &[f64; U],
+        _memory: &mut Self::Memory<S>,
+    ) -> bool {
         false
     }
 

@@ -69,7 +69,7 @@ pub fn shared_table<E: System<U>, const U: usize>() -> Arc<Table> {
 
 fn make<E: System<U>, const U: usize>() -> Table {
     let tables = E::tables();
-    let problem = tables.problem(U).or_else(untold::<E, U>);
+    let problem = tables.problem(E::INPUTS).or_else(untold::<E, U>);
     let Tables { inputs, computed, parameters } = tables;
     let solving = Tuning::grouped(references::SOLVER).into_iter().map(|it| it.meaning(Meaning::Solving));
     let mut all = vec![Variable::time()];

@@ -84,6 +84,8 @@ pub mod units {
         NEWTON_PER_SECOND = "N/s" [1, 1, -3, 0, 0, 0, 0, 0];
         /// Stiffness.
         NEWTON_PER_METRE = "N/m" [1, 0, -2, 0, 0, 0, 0, 0];
+        /// Compliance; shown in micrometres per newton.
+        METRE_PER_NEWTON = "m/N" [-1, 0, 2, 0, 0, 0, 0, 0], "um/N" 1e6, 0.0;
         /// Cubic stiffness.
         NEWTON_PER_CUBIC_METRE = "N/m3" [1, -2, -2, 0, 0, 0, 0, 0];
         /// Viscous damping.

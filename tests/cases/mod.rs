@@ -44,6 +44,7 @@ pub fn rigs(model: &Model) -> Vec<Changes> {
                 vec![("supply.volume", 1e-4), ("chamberA.pressure0", 6e5), ("chamberB.pressure0", 6e5)],
                 // Pressed against an end stop.
                 vec![("position0", 0.0), ("wireForce", 1e3)],
+                vec![("motion", 2.0), ("friction.kappaA", 1e-6), ("friction.kappaB", 1e-6)],
             ]
         }
         "FrictionBench" => vec![
@@ -87,6 +88,29 @@ fn rigs_of_one_law(model: &Model) -> Vec<Changes> {
         vec![("consumption.enabled", 1.0), ("actuation", 3.0), ("supply.volume", 1e-4), ("chamberB.leakage", 1e-9)],
         vec![("consumption.enabled", 1.0), ("actuation", 3.0)],
         vec![("chamberA.open", 1.0), ("load.stiffness", 100.0), ("friction.direction.factor", 1.3)],
+        vec![
+            ("motion", 2.0),
+            ("coupling.compliance", 1e-5),
+            ("coupling.damping", 50.0),
+            ("friction.direction.factor", 1.3),
+            ("friction.position.amplitude", 0.3),
+        ],
+        vec![
+            ("motion", 2.0),
+            ("coupling.compliance", 1e-5),
+            ("coupling.damping", 50.0),
+            ("velocity0", 0.1),
+            ("sensor.force.lag", 0.01),
+        ],
+        // Led against an end stop, in a cylinder with much space behind.
+        vec![
+            ("motion", 2.0),
+            ("imposedPosition", -1e-3),
+            ("chamberA.open", 1.0),
+            ("chamberB.open", 1.0),
+            ("chamberA.deadVolume", 1e-3),
+            ("chamberB.deadVolume", 1e-3),
+        ],
     ]
 }
 

@@ -130,6 +130,16 @@ impl Running {
         self.simulation.set_inputs(&self.inputs, &slopes);
     }
 
+    /// Sets inputs that rise by slopes per second from now on, and nothing else does.
+    pub fn ramp_all(&mut self, ramps: &[(&str, f64, f64)]) {
+        let mut slopes = vec![0.0; self.inputs.len()];
+        for (name, value, slope) in ramps {
+            let place = variables(self.model, is_input).iter().position(|v| v.name == *name).expect("an input");
+            (self.inputs[place], slopes[place]) = (*value, *slope);
+        }
+        self.simulation.set_inputs(&self.inputs, &slopes);
+    }
+
     /// Integrates to a time in s.
     pub fn advance(&mut self, end: f64) -> Result<(), StepError> {
         self.simulation.advance(end)

@@ -32,13 +32,13 @@ pub fn input_keeps_the_value_it_reached_and_then_stays() {
 #[test]
 fn all_inputs_together_keep_the_values_they_reached() {
     let instance = Instance::initialized();
-    let inputs = ["valveVoltage", "externalForce", "supplyPressure"];
+    let inputs = ["valveVoltage", "externalForce", "supplyPressure", "imposedPosition", "imposedVelocity"];
     assert_eq!(references(is_input), inputs.map(vr));
-    let before = [5.0, 8.0, 524_288.0];
+    let before = [5.0, 8.0, 524_288.0, 0.25, 0.5];
     assert_eq!(instance.set_real(&inputs.map(vr), &before), OK);
-    assert_eq!(instance.set_slopes(&inputs.map(vr), &[128.0, 1024.0, -65_536.0]), OK);
+    assert_eq!(instance.set_slopes(&inputs.map(vr), &[128.0, 1024.0, -65_536.0, 16.0, 64.0]), OK);
     assert_eq!(instance.step(0.0, 1.0 / 128.0), OK);
-    assert_eq!(inputs.map(|name| instance.real(name)), [6.0, 16.0, 523_776.0]);
+    assert_eq!(inputs.map(|name| instance.real(name)), [6.0, 16.0, 523_776.0, 0.375, 1.0]);
 }
 
 #[test]

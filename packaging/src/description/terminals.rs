@@ -18,7 +18,7 @@ struct Terminal {
 type Member = (&'static str, &'static str, &'static str);
 
 /// The terminals of any model that has all variables of them.
-const TERMINALS: [Terminal; 2] = [
+const TERMINALS: [Terminal; 3] = [
     Terminal {
         name: "valve",
         description: "Electric and pneumatic connection of the valve",
@@ -31,6 +31,15 @@ const TERMINALS: [Terminal; 2] = [
             ("position", "position", "signal"),
             ("velocity", "velocity", "signal"),
             ("force", "externalForce", "inflow"),
+        ],
+    },
+    Terminal {
+        name: "flange",
+        description: "Mechanical flange that a multibody tool moves (motion = Imposed), and the force of the cylinder on it",
+        members: &[
+            ("position", "imposedPosition", "signal"),
+            ("velocity", "imposedVelocity", "signal"),
+            ("force", "rodForce", "outflow"),
         ],
     },
 ];

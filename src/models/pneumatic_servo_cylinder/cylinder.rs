@@ -7,10 +7,11 @@ use serde::{Deserialize, Serialize};
 use super::leaks::Leaks;
 use super::lines;
 use super::lines::Lines;
+use super::motion::{self, Guidance};
 use super::options::Options;
 use super::parameters::Parameters;
 use super::sensors::{self, Sensors};
-use super::states::{MOST, State};
+use super::states::{ALL, FEW, MOST, State};
 use crate::co_simulation::Product;
 use crate::friction::{self, ContactLaw, Drive, Friction, FrictionContact, FrictionLaw, Law, MAX_STATES};
 use crate::mechanics::{EndStops, GRAVITY, OneSided};
@@ -42,13 +43,17 @@ pub struct PneumaticServoCylinder<L = Friction, A = Actuator, const EXTENDED: bo
     pub(super) exhaust: Reservoir,
     pub(super) leaks: Option<Leaks>,
     pub(super) stops: EndStops,
+    /// What moves the carriage.
+    pub(super) guidance: Guidance,
     pub(super) friction: FrictionContact<L>,
     /// Inverse of the moving mass in 1/kg.
     pub(super) per_mass: Tangent,
-    /// Constant part of the applied force in N: wire and weight.
+    /// Constant part of the applied force in N: wire and weight, which is the tool's own where it imposes the motion.
     pub(super) dead_load: Tunable,
     /// Weight of the carriage along the axis in N.
     pub(super) carriage_weight: Tangent,
+    /// The longest explicit steps beside the spring of a coupling.
+    pub(super) longest_coupled: LongestSteps,
     /// The longest explicit steps, if any may be taken.
     pub(super) explicit: Option<ExplicitSteps>,
     /// Which states change which others; of a cylinder with [attachments](Self::has_attachments) only.
@@ -62,6 +67,7 @@ pub struct Memory<F = friction::Memory, A = actuator::Memory, S = Real> {
     pub(super) actuator: A,
     pub(super) friction: F,
     pub(super) sensors: sensors::Memory<S>,
+    pub(super) motion: motion::Memory<S>,
 }
 
 /// The memory of a cylinder with laws and actuators of catalogues.
@@ -92,9 +98,15 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
             },
         };
         let slope = GRAVITY * p.incline.sin();
-        let friction = FrictionContact::new(friction, Drive::Force, State::FRICTION, references::CONTACT);
+        let guidance = options.guidance();
+        let drive = if guidance == Guidance::Rigid { Drive::Motion } else { Drive::Force };
+        let friction = FrictionContact::new(friction, drive, State::FRICTION, references::CONTACT);
+        let longest_coupled = guidance.longest(p.moving_mass.value);
         // Friction along the stroke, and waves in short hoses: explicit steps would be too many.
-        let has_rapid_parts = lines.longest_steps().classical < WORTHWHILE || options.waviness.is_used();
+        let longest = lines.longest_steps().min(longest_coupled);
+        let has_rapid_parts = longest.classical < WORTHWHILE || options.waviness.is_used();
+        // Where a state is the velocity, the reversal of bristles is found by it.
+        let has_rapid_parts = has_rapid_parts || (guidance == Guidance::Rigid && friction.count() > 0);
         let is_explicit = friction.is_gentle() && actuator.has_closed_form() && !(EXTENDED && has_rapid_parts);
         let mut cylinder = Self {
             explicit: is_explicit.then(|| ExplicitSteps::new(&friction, p.stop_stiffness.value, p.moving_mass.value)),
@@ -109,9 +121,11 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
                 contact: OneSided { stiffness: p.stop_stiffness, damping: p.stop_damping },
                 clearances: [0, 1].map(|side| chambers.dead_volumes.side(side) / chambers.areas.side(side)).into(),
             },
+            guidance,
+            longest_coupled,
             friction,
             per_mass: 1.0 / p.moving_mass,
-            dead_load: p.wire_force + p.moving_mass * slope,
+            dead_load: p.wire_force + if guidance == Guidance::Rigid { Tangent::still(0.0) } else { p.moving_mass * slope },
             carriage_weight: p.carriage_mass * slope,
             p,
             options,
@@ -123,6 +137,11 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
             cylinder.couplings = cylinder.found_couplings();
         }
         cylinder
+    }
+
+    /// How many states there are, whatever the number of inputs.
+    pub fn states(&self) -> usize {
+        State::OTHERS + self.friction.count() + self.lines.states() + self.sensors.states()
     }
 
     /// The next point in time at which a part changes by itself.
@@ -213,7 +232,7 @@ const SMALL: bool = cfg!(feature = "small");
 /// Starts a run with as many states as friction law, lines and sensors need, or a few more: each size is the whole solver
 /// compiled once more. Spare states cost LuGre 4 % of a step, nothing with hoses.
 pub(super) fn start<L: FrictionLaw, A: Actuating, P: Product>(start: &Start) -> Result<P, ParameterError> {
-    let (parts, settings) = read::<PneumaticServoCylinder<L, A>, 3, _>(start, Parts::<L, A>::read)?;
+    let (parts, settings) = read::<PneumaticServoCylinder<L, A>, FEW, _>(start, Parts::<L, A>::read)?;
     let settings = settings.keeping_balance(parts.parameters.keeps_balance);
     if !parts.need_extension() {
         let equations = PneumaticServoCylinder::<L, A>::of(parts);
@@ -221,7 +240,7 @@ pub(super) fn start<L: FrictionLaw, A: Actuating, P: Product>(start: &Start) -> 
             start,
             equations,
             settings,
-            3,
+            FEW,
             [
                 // Always there: kinks are searched for otherwise where a friction law may have states.
                 State::OTHERS,
@@ -231,7 +250,7 @@ pub(super) fn start<L: FrictionLaw, A: Actuating, P: Product>(start: &Start) -> 
         );
     }
     let equations = PneumaticServoCylinder::<L, A, true>::of(parts);
-    run_sized!(start, equations, settings, 3, [
+    run_sized!(start, equations, settings, ALL, [
         State::OTHERS + 2 + sensors::COUNT => !SMALL,
         State::OTHERS + 1 + lines::LINE_STATES => !SMALL,
         MOST

@@ -13,11 +13,12 @@
 
 use super::cylinder::{MemoryOf, PneumaticServoCylinder};
 use super::lines::{HOSE, LINE_STATES, Lines, METER, VESSEL, VOLUMES};
+use super::motion::{self, Guidance};
 use super::sensors;
 use super::sensors::{COUNT, Memory, Sensors};
 use super::states::{Inputs, MOST, PRESSURE_A, PRESSURE_B, State, TEMPERATURE_A, TEMPERATURE_B, of_actuator};
 use super::variables::{ByPart, Outputs};
-use crate::friction::{Contact, FrictionLaw, states};
+use crate::friction::{Contact, FrictionLaw, OVERWHELMING, Observation, Trend, states};
 use crate::numbers::{Number, Pair, Real, Scalar, Varying};
 use crate::pneumatics::actuator::{self, Actuating, Ports, STATES};
 use crate::pneumatics::chamber::{ChamberRates, Thermal};
@@ -139,13 +140,39 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
 
 // The carriage: what pushes it, what friction sees of it, how it moves.
 impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<L, A, EXTENDED> {
-    /// Force on the moving mass other than friction in N, and the stops' part of it.
+    /// Force on the moving mass other than friction in N, but for that of a coupling, and the stops' part of it.
     #[inline(always)]
     pub(super) fn applied_force<S: Scalar>(&self, x: &[S], u: &Inputs<S>, rate: S) -> (S, S) {
         let position = State::Position.get(x);
         let stop = self.stops.force(position, rate);
         let force = self.pressure_force(x) + u.external_force - self.dead_load + stop;
         (if EXTENDED { force + self.options.spring_force(position) } else { force }, stop)
+    }
+
+    /// Force of the coupling on the moving mass in N, if there is one.
+    #[inline(always)]
+    fn coupling_force<S: Scalar>(
+        &self,
+        time: S,
+        x: &[S],
+        u: &Inputs<S>,
+        rate: S,
+        motion: &motion::Memory<S::Held>,
+    ) -> Option<S> {
+        let is_coupled = EXTENDED && matches!(self.guidance, Guidance::Compliant { .. });
+        is_coupled.then(|| self.guidance.force(motion.imposed(time, u.imposed()), State::Position.get(x), rate))
+    }
+
+    /// Whether forces alone move the carriage.
+    #[inline(always)]
+    pub(super) fn is_free(&self) -> bool {
+        !EXTENDED || self.guidance == Guidance::Free
+    }
+
+    /// Whether the carriage moves as imposed.
+    #[inline(always)]
+    pub(super) fn is_led(&self) -> bool {
+        EXTENDED && self.guidance == Guidance::Rigid
     }
 
     #[inline(always)]
@@ -168,22 +195,73 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
 
     /// The contact as the friction law sees it, for a velocity of the carriage.
     #[inline(always)]
-    pub(super) fn contact<S: Scalar>(&self, time: S, x: &[S], u: &Inputs<S>, rate: S) -> Contact<S> {
-        let (applied, _) = self.applied_force(x, u, rate);
-        let (velocity, mut level) = (State::Velocity.get(x), self.load_level(x));
+    pub(super) fn contact<S: Scalar>(
+        &self,
+        time: S,
+        x: &[S],
+        u: &Inputs<S>,
+        rate: S,
+        motion: &motion::Memory<S::Held>,
+    ) -> Contact<S> {
+        let (mut applied, _) = self.applied_force(x, u, rate);
+        let mut velocity = State::Velocity.get(x);
+        if let Some(force) = self.coupling_force(time, x, u, rate, motion) {
+            applied += force;
+        }
+        if self.is_led() {
+            (velocity, applied) = (rate, Trend::applied(motion.trend.sign, self.friction.law(), rate, applied));
+        }
+        self.contact_under(time, x, velocity, applied)
+    }
+
+    /// The contact at a velocity under an applied force.
+    #[inline(always)]
+    fn contact_under<S: Scalar>(&self, time: S, x: &[S], velocity: S, applied: S) -> Contact<S> {
+        let mut level = self.load_level(x);
         if EXTENDED && (self.options.direction_factor != 1.0 || self.options.direction_factor.slope != 0.0) {
             level = level * self.options.directed_level(velocity.value(), applied.value());
         }
         Contact { time, position: State::Position.get(x), velocity, applied, level, drive: self.friction.drive() }
     }
 
-    /// Velocity of the carriage: the state, unless the friction law holds the position.
+    /// The least and the largest friction force in N that a carriage can ask for which moves as imposed: a range where a
+    /// set-valued law has it at rest.
+    pub(super) fn friction_limits<S: Scalar>(
+        &self,
+        contact: &Contact<S>,
+        x: &[S],
+        memory: &MemoryOf<L, A, S::Held>,
+        friction: &Observation<S>,
+    ) -> [S; 2] {
+        if !self.is_led() {
+            return [S::zero(); 2];
+        }
+        if friction.sticking.value() == 0.0 {
+            return [friction.force; 2];
+        }
+        [-OVERWHELMING, OVERWHELMING].map(|applied| {
+            let pushed = self.contact_under(contact.time, x, S::zero(), S::constant(applied));
+            let pushed = Contact { velocity: contact.velocity, ..pushed };
+            self.friction.force(&pushed, x, &memory.friction, &mut [S::zero(); MOST])
+        })
+    }
+
+    /// Velocity of the carriage: as imposed, or the state, unless the friction law holds the position.
     #[inline(always)]
-    pub(super) fn rate<S: Scalar>(&self, x: &[S], memory: &MemoryOf<L, A, S::Held>) -> S {
+    pub(super) fn rate<S: Scalar>(&self, time: S, x: &[S], u: &Inputs<S>, memory: &MemoryOf<L, A, S::Held>) -> S {
+        if self.is_led() {
+            return memory.motion.imposed(time, u.imposed()).velocity;
+        }
+        self.own_rate(x, memory)
+    }
+
+    /// Velocity of a carriage that forces move.
+    #[inline(always)]
+    pub(super) fn own_rate<S: Scalar>(&self, x: &[S], memory: &MemoryOf<L, A, S::Held>) -> S {
         self.friction.rate(State::Velocity.get(x), &memory.friction)
     }
 
-    /// Rates of position and velocity; writes those of the bristles.
+    /// Rates of position and velocity, and the friction force; writes the rates of the bristles.
     #[inline(always)]
     pub(super) fn motion_rates<S: Scalar>(
         &self,
@@ -193,17 +271,51 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
         memory: &MemoryOf<L, A, S::Held>,
         bristles: &[S],
         bristle_rates: &mut [S],
-    ) -> [S; 2] {
-        let rate = self.rate(x, memory);
-        let contact = self.contact(time, x, u, rate);
+    ) -> [S; 3] {
+        let rate = self.rate(time, x, u, memory);
+        let contact = self.contact(time, x, u, rate, &memory.motion);
         let force = self.friction.law().force(&contact, bristles, &memory.friction, bristle_rates);
-        [rate, (contact.applied - force) * self.per_mass]
+        [rate, self.acceleration(&contact, force, &memory.motion), force]
     }
 
-    /// Force of the rod on the carriage in N at an acceleration of it: what a load cell between them reads.
-    pub(super) fn rod_force<S: Scalar>(&self, acceleration: S, position: S, external_force: S) -> S {
-        let force = acceleration * self.p.carriage_mass - external_force + (self.p.wire_force + self.carriage_weight);
-        if EXTENDED { force - self.options.spring_force(position) } else { force }
+    /// Acceleration of the carriage in m/s2 under a friction force in N: what is imposed, or what the forces make, also where
+    /// the friction law holds the position.
+    #[inline(always)]
+    pub(super) fn acceleration<S: Scalar>(
+        &self,
+        contact: &Contact<S>,
+        friction: S,
+        motion: &motion::Memory<S::Held>,
+    ) -> S {
+        if self.is_led() {
+            return S::constant(motion.acceleration());
+        }
+        (contact.applied - friction) * self.per_mass
+    }
+
+    /// Force of the rod on the carriage in N, at an acceleration of the carriage and a friction force in N: what a load cell
+    /// between them reads; or the force of the cylinder on whoever imposes its motion.
+    #[inline(always)]
+    pub(super) fn rod_force<S: Scalar>(
+        &self,
+        time: S,
+        x: &[S],
+        u: &Inputs<S>,
+        [acceleration, friction]: [S; 2],
+        memory: (&L::Memory<S::Held>, &motion::Memory<S::Held>),
+    ) -> S {
+        let (of_friction, motion) = memory;
+        if self.is_led() {
+            let (applied, _) = self.applied_force(x, u, motion.imposed(time, u.imposed()).velocity);
+            return applied - u.external_force - friction;
+        }
+        let rate = || self.friction.rate(State::Velocity.get(x), of_friction);
+        if let Some(force) = EXTENDED.then(|| self.coupling_force(time, x, u, rate(), motion)).flatten() {
+            return -force;
+        }
+        let weight = self.p.wire_force + self.carriage_weight;
+        let force = acceleration * self.p.carriage_mass - u.external_force + weight;
+        if EXTENDED { force - self.options.spring_force(State::Position.get(x)) } else { force }
     }
 }
 
@@ -341,17 +453,17 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
         &self,
         time: S,
         x: &[S; N],
-        u: &[S; 3],
+        u: &Inputs<S>,
         memory: &mut MemoryOf<L, A, S>,
     ) {
         if !self.sensors.next_sample(&memory.sensors).is_due_at(time.value()) {
             return;
         }
-        let u = &Inputs::read(u);
-        let contact = self.contact(time, x, u, self.rate(x, memory));
+        let contact = self.contact(time, x, u, self.rate(time, x, u, memory), &memory.motion);
         let friction = self.friction.force(&contact, x, &memory.friction, &mut [S::zero(); MOST]);
-        let acceleration = self.friction.rate((contact.applied - friction) * self.per_mass, &memory.friction);
-        self.sensors.sample(time.value(), self.measured(x, u, acceleration), self.lagged(x), &mut memory.sensors);
+        let acceleration = self.acceleration(&contact, friction, &memory.motion);
+        let quantities = self.measured(time, x, u, [acceleration, friction], (&memory.friction, &memory.motion));
+        self.sensors.sample(time.value(), quantities, self.lagged(x), &mut memory.sensors);
     }
 
     /// Index of the first state of the sensors among `n` states, if they have any.
@@ -367,10 +479,18 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
         std::array::from_fn(|place| x[Self::first_of_sensors(x.len()) + place])
     }
 
-    /// What the sensors measure, at an acceleration of the carriage.
-    pub(super) fn measured<S: Scalar>(&self, x: &[S], u: &Inputs<S>, acceleration: S) -> [S; COUNT] {
-        let position = State::Position.get(x);
-        [position, x[PRESSURE_A], x[PRESSURE_B], self.rod_force(acceleration, position, u.external_force)]
+    /// What the sensors measure, at an acceleration of the carriage, unless it is held, and a friction force in N.
+    pub(super) fn measured<S: Scalar>(
+        &self,
+        time: S,
+        x: &[S],
+        u: &Inputs<S>,
+        [acceleration, friction]: [S; 2],
+        memory: (&L::Memory<S::Held>, &motion::Memory<S::Held>),
+    ) -> [S; COUNT] {
+        let acceleration = self.friction.rate(acceleration, memory.0);
+        let force = self.rod_force(time, x, u, [acceleration, friction], memory);
+        [State::Position.get(x), x[PRESSURE_A], x[PRESSURE_B], force]
     }
 
     /// Writes readings, states and their rates.
@@ -404,11 +524,10 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
         &self,
         time: S,
         x: &[S],
-        u: &[S; 3],
+        u: &Inputs<S>,
         memory: &MemoryOf<L, A, S::Held>,
         rates: &mut [S],
     ) {
-        let u = &Inputs::read(u);
         self.driven_rates(time, x, u, memory, rates);
         rates[..STATES].copy_from_slice(&self.actuator.rates(of_actuator(x), u.valve_voltage, &memory.actuator));
     }
@@ -424,16 +543,17 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
         rates: &mut [S],
     ) {
         let bristles = self.friction.states();
-        let [rate, acceleration] = self.motion_rates(time, x, u, memory, &x[bristles.clone()], &mut rates[bristles]);
+        let [rate, acceleration, friction] =
+            self.motion_rates(time, x, u, memory, &x[bristles.clone()], &mut rates[bristles]);
         let gas = self.gas(x);
         let inflow = self.flows(x, u.supply_pressure, gas, rates);
         let gas = self.gas_rates(gas, State::Position.get(x), rate, inflow);
         Pair([rates[TEMPERATURE_A], rates[TEMPERATURE_B]]) = gas.temperature;
         Pair([rates[PRESSURE_A], rates[PRESSURE_B]]) = gas.pressure;
         State::Position.set(rates, rate);
-        State::Velocity.set(rates, acceleration);
+        State::Velocity.set(rates, if self.is_led() { S::zero() } else { acceleration });
         if EXTENDED && self.sensors.states() > 0 {
-            let quantities = self.measured(x, u, self.friction.rate(acceleration, &memory.friction));
+            let quantities = self.measured(time, x, u, [acceleration, friction], (&memory.friction, &memory.motion));
             let own = self.sensors.rates(quantities, self.lagged(x));
             rates[Self::first_of_sensors(x.len())..][..sensors::COUNT].copy_from_slice(&own);
         }
@@ -448,7 +568,8 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
         x: &[S; N],
         memory: &MemoryOf<L, A, S>,
     ) -> [f64; QUANTITIES] {
-        let rate = self.rate(x, memory);
+        // The mass of a carriage that moves as imposed is not the cylinder's.
+        let rate = if self.is_led() { S::zero() } else { self.own_rate(x, memory) };
         let gas = self.gas(x);
         let pressure_volume = gas.pressure * self.chambers.volume(self.lengths(State::Position.get(x)));
         let mass = self.closed(pressure_volume / (gas.temperature * GAS_CONSTANT));
@@ -463,11 +584,10 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
         &self,
         time: S,
         x: &[S; N],
-        u: &[S; 3],
+        u: &Inputs<S>,
         memory: &MemoryOf<L, A, S>,
     ) -> [f64; QUANTITIES] {
-        let u = &Inputs::read(u);
-        let rate = self.rate(x, memory);
+        let rate = self.rate(time, x, u, memory);
         let gas = self.gas(x);
         // What leaks past the piston stays inside, or leaves an open chamber B.
         let (inflow, mass_flow) = if self.has_lines() {
@@ -485,11 +605,15 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
 
     /// Force in N on the carriage that brings energy from outside.
     fn outer_force<S: Varying>(&self, time: S, x: &[S], u: &Inputs<S>, memory: &MemoryOf<L, A, S>) -> S {
-        let contact = self.contact(time, x, u, self.rate(x, memory));
-        let friction = self.friction.force(&contact, x, &memory.friction, &mut [S::zero(); MOST]);
         let [area_a, area_b] = self.chambers.areas.each();
         let gas = self.closed(Pair([x[PRESSURE_A] * area_a, -x[PRESSURE_B] * area_b]));
-        contact.applied - friction - if self.has_gas_energy() { gas } else { S::zero() }
+        let of_gas = if self.has_gas_energy() { gas } else { S::zero() };
+        if self.is_led() {
+            return -of_gas;
+        }
+        let contact = self.contact(time, x, u, self.rate(time, x, u, memory), &memory.motion);
+        let friction = self.friction.force(&contact, x, &memory.friction, &mut [S::zero(); MOST]);
+        contact.applied - friction - of_gas
     }
 
     /// Whether there are hoses or a vessel, whose mass counts, but not their energy: they exchange heat at will.
@@ -516,10 +640,13 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
         memory: &MemoryOf<L, A, S::Held>,
         computed: &mut [S],
     ) {
-        let (position, rate) = (State::Position.get(x), self.rate(x, memory));
-        let contact = self.contact(time, x, u, rate);
+        let (position, rate) = (State::Position.get(x), self.rate(time, x, u, memory));
+        let contact = self.contact(time, x, u, rate, &memory.motion);
         let friction = self.friction.observe(&contact, x, &memory.friction);
-        let acceleration = friction.unless_held((contact.applied - friction.force) * self.per_mass);
+        let acceleration = friction.unless_held(self.acceleration(&contact, friction.force, &memory.motion));
+        let quantities = self.measured(time, x, u, [acceleration, friction.force], (&memory.friction, &memory.motion));
+        let [.., rod_force] = quantities;
+        let [friction_low, friction_high] = self.friction_limits(&contact, x, memory, &friction);
         let gas = self.gas(x);
         let Pair([temperature_a, temperature_b]) = gas.temperature;
         let rates = &mut [S::zero(); MOST][..x.len()];
@@ -532,9 +659,11 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
             position,
             velocity: rate,
             acceleration,
-            rod_force: self.rod_force(acceleration, position, u.external_force),
+            rod_force,
             pressure_force: self.pressure_force(x),
             friction_force: friction.force,
+            friction_low,
+            friction_high,
             pressure_a: x[PRESSURE_A],
             pressure_b: x[PRESSURE_B],
             temperature_a,
@@ -561,6 +690,6 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
         self.actuator.write(of_actuator(x), u.valve_voltage, &memory.actuator, slots.actuator);
         friction.write(slots.friction);
         self.write_lines(x, rates, slots.lines);
-        self.write_sensors(x, self.measured(x, u, acceleration), &memory.sensors, slots.sensors);
+        self.write_sensors(x, quantities, &memory.sensors, slots.sensors);
     }
 }

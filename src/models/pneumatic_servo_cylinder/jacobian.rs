@@ -16,15 +16,15 @@ use crate::friction::FrictionLaw;
 use crate::numbers::{Dual, Number, Pair, Varying};
 use crate::pneumatics::actuator::{Actuating, FLOW, STATES};
 use crate::pneumatics::hose::COLUMNS;
-use crate::system::{Couplings, System, jacobian_by_couplings, jacobian_by_duals};
+use crate::system::{Couplings, jacobian_by_couplings, jacobian_by_duals};
 
 impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<L, A, EXTENDED> {
     /// Writes the entries of the Jacobian that can differ from zero, and returns the derivatives.
-    pub(super) fn linearise<S: Varying, const N: usize>(
+    pub(super) fn linearise<S: Varying, const N: usize, const U: usize>(
         &self,
         time: f64,
         x: &[f64; N],
-        u: &[f64; 3],
+        u: &[f64; U],
         memory: &MemoryOf<L, A, S>,
         jacobian: &mut [[f64; N]; N],
     ) -> [f64; N] {
@@ -37,13 +37,13 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
             return jacobian_by_duals(self, time, x, u, memory, jacobian);
         }
         let mut derivatives = [0.0; N];
-        let inputs = &Inputs::read(u);
+        let inputs = &Inputs::of(u);
         self.linearise_actuator(x, inputs, memory, jacobian, &mut derivatives);
-        self.linearise_chambers(x, inputs, memory, jacobian, &mut derivatives);
+        self.linearise_chambers(time, x, inputs, memory, jacobian, &mut derivatives);
         match self.friction.count() {
-            0 => self.linearise_motion::<S, 4, N>(time, x, u, memory, jacobian, &mut derivatives),
-            1 => self.linearise_motion::<S, 5, N>(time, x, u, memory, jacobian, &mut derivatives),
-            _ => self.linearise_motion::<S, 6, N>(time, x, u, memory, jacobian, &mut derivatives),
+            0 => self.linearise_motion::<S, 4, N>(time, x, inputs, memory, jacobian, &mut derivatives),
+            1 => self.linearise_motion::<S, 5, N>(time, x, inputs, memory, jacobian, &mut derivatives),
+            _ => self.linearise_motion::<S, 6, N>(time, x, inputs, memory, jacobian, &mut derivatives),
         }
         derivatives
     }
@@ -66,6 +66,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
     /// position and velocity as well.
     fn linearise_chambers<S: Varying, const N: usize>(
         &self,
+        time: f64,
         x: &[f64; N],
         u: &Inputs<f64>,
         memory: &MemoryOf<L, A, S>,
@@ -83,7 +84,11 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
         let feeding = std::array::from_fn(|place| Dual::variable(x[place], place));
         let inflow = self.inflow(feeding, Dual::constant(u.supply_pressure), gas);
         let position_ = Dual::<ALL, S>::variable(State::Position.get(x), FED);
-        let rate = self.friction.rate(Dual::variable(State::Velocity.get(x), FED + 1), &memory.friction);
+        let rate = if self.is_led() {
+            memory.motion.imposed(Dual::constant(time), u.map(Dual::constant).imposed()).velocity
+        } else {
+            self.friction.rate(Dual::variable(State::Velocity.get(x), FED + 1), &memory.friction)
+        };
         let rates = self.gas_rates(gas.map(Pair::widened), position_, rate, inflow.map(Pair::widened));
         let (Pair(pressures), Pair(temperatures)) = (rates.pressure, rates.temperature);
         let chambers = [(PRESSURE_A, TEMPERATURE_A), (PRESSURE_B, TEMPERATURE_B)];
@@ -99,7 +104,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
         &self,
         time: f64,
         x: &[f64; N],
-        u: &[f64; 3],
+        u: &Inputs<f64>,
         memory: &MemoryOf<L, A, S>,
         jacobian: &mut [[f64; N]; N],
         derivatives: &mut [f64; N],
@@ -118,9 +123,10 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
         }
         // Apart from the other states, which then stay in registers.
         let (bristles, mut bristle_rates) = ([seeded[State::FRICTION], seeded[State::FRICTION + 1]], [Dual::zero(); 2]);
-        let (time, u, count) = (Dual::constant(time), Inputs::read(&u.map(Dual::constant)), D - 4);
-        let [rate, acceleration] =
+        let (time, u, count) = (Dual::constant(time), u.map(Dual::constant), D - 4);
+        let [rate, acceleration, _] =
             self.motion_rates(time, &seeded, &u, memory, &bristles[..count], &mut bristle_rates[..count]);
+        let acceleration = if self.is_led() { Dual::zero() } else { acceleration };
         let [first, second] = bristle_rates;
         let rows = [rate, acceleration, first, second].into_iter().take(2 + count);
         let places = [State::Position.at(N), State::Velocity.at(N), State::FRICTION, State::FRICTION + 1];
@@ -282,12 +288,15 @@ mod couplings {
     use crate::friction::{Friction, LAWS};
     use crate::model::{Seeds, Start};
     use crate::models::pneumatic_servo_cylinder::MODEL;
+    use crate::models::pneumatic_servo_cylinder::states::ALL;
     use crate::numbers::{Real, Scalar};
     use crate::pneumatics::actuator::Actuator;
     use crate::session::build;
     use crate::system::{System, jacobian_by_couplings, jacobian_by_duals};
 
     type Extended = PneumaticServoCylinder<Friction, Actuator, true>;
+
+    const INPUTS: [f64; ALL] = [6.5, 3.0, 7e5, 0.25, 0.05];
 
     fn cylinder(changes: &[(&str, f64)]) -> Extended {
         for (name, _) in changes {
@@ -302,8 +311,8 @@ mod couplings {
             })
             .collect();
         let start =
-            Start { time: 0.0, parameters: &parameters, inputs: &[6.5, 3.0, 7e5], tolerance: None, seeds: Seeds::NONE };
-        build::<Extended, 3>(&start).unwrap_or_else(|error| panic!("{changes:?}: {error}")).0
+            Start { time: 0.0, parameters: &parameters, inputs: &INPUTS, tolerance: None, seeds: Seeds::NONE };
+        build::<Extended, ALL>(&start).unwrap_or_else(|error| panic!("{changes:?}: {error}")).0
     }
 
     /// The couplings among all states, also of a cylinder that has no use for them.
@@ -313,7 +322,7 @@ mod couplings {
 
     /// Every law, with every combination of options that adds a coupling.
     fn cases() -> Vec<Vec<(&'static str, f64)>> {
-        let options: [&[(&str, f64)]; 11] = [
+        let options: [&[(&str, f64)]; 13] = [
             &[("hoseA.length", 1.0), ("hoseB.length", 0.7)],
             &[("hoseA.length", 1.0), ("supply.volume", 1e-3), ("consumption.enabled", 1.0)],
             &[("consumption.enabled", 1.0)],
@@ -325,6 +334,8 @@ mod couplings {
             &[("actuation", 3.0), ("thermal.model", 3.0), ("hoseA.length", 1.0)],
             &[("friction.position.amplitude", 0.2), ("chamberA.leakage", 1e-10), ("chamberB.leakage", 1e-11)],
             &[("actuation", 3.0), ("valve.hysteresis", 0.0)],
+            &[("motion", 2.0), ("sensor.force.lag", 1e-3)],
+            &[("motion", 2.0), ("coupling.compliance", 1e-5), ("coupling.damping", 20.0)],
         ];
         let laws = LAWS.items.iter().map(|(id, ..)| vec![("friction.law", f64::from(*id)), ("friction.kappaA", 1e-6)]);
         laws.flat_map(|law| options.map(|option| [law.as_slice(), option].concat())).collect()
@@ -333,7 +344,7 @@ mod couplings {
     #[test]
     fn jacobian_by_couplings_is_that_of_the_whole() {
         for case in cases() {
-            let (cylinder, u) = (cylinder(&case), [6.5, 3.0, 7e5]);
+            let (cylinder, u) = (cylinder(&case), INPUTS);
             let (x, memory) = cylinder.start::<Real, MOST>(&Real::all(&u));
             let mut x = x.map(Real::value);
             for (place, state) in x.iter_mut().enumerate() {
@@ -353,10 +364,12 @@ mod couplings {
                 for column in 0..MOST {
                     let [found, part, expected] = [&few, &parts, &whole].map(|jacobian| jacobian[column][row]);
                     assert!(found == expected, "{case:?}: {found}, not {expected}, in row {row} and column {column}");
-                    let [second, third] = Extended::GROUPS;
+                    let [second, third] = <Extended as System<ALL>>::GROUPS;
                     let is_between = column >= second && row < second || column < second && row >= third;
                     assert!(
-                        cylinder.hints(&Real::all(&x), &memory).is_chain || !is_between || expected == 0.0,
+                        System::<ALL>::hints(&cylinder, &Real::all(&x), &memory).is_chain
+                            || !is_between
+                            || expected == 0.0,
                         "{case:?}: {row}, {column}"
                     );
                     // The parts sum in another order.

@@ -5,6 +5,7 @@
 
 use std::f64::consts::TAU;
 
+use super::motion::{Guidance, Motion};
 use crate::numbers::{Pair, Scalar, Tangent};
 use crate::pneumatics::hose::Hose;
 use crate::variables::{Fixed, ParameterError, Tunable, Variable, units};
@@ -65,6 +66,12 @@ parameters! {
             .text("Chamber A is open to the surroundings, as chamber B with chamberB.open: a pulling cylinder, which a spring may extend");
         direction_factor: Fixed = Variable::parameter(1229, "friction.direction.factor", units::ONE, 1.0).range(0.01, 100.0)
             .text("Load level of a carriage that moves outwards, or is pushed outwards at rest, relative to that inwards");
+        motion: Motion = Variable::choice(1230, "motion", Motion::Free)
+            .text("What moves the carriage: forces, or a multibody tool by imposedPosition and imposedVelocity");
+        compliance: Fixed = Variable::parameter(1231, "coupling.compliance", units::METRE_PER_NEWTON, 0.0).range(0.0, 1.0).nominal(1e-6).shown_in("um/N")
+            .text("Compliance of a spring between the carriage and the imposed motion; 0: the carriage moves as imposed. It needs motion = Imposed");
+        coupling_damping: Fixed = Variable::parameter(1232, "coupling.damping", units::NEWTON_SECOND_PER_METRE, 0.0).range(0.0, 1e8).nominal(100.0)
+            .text("Damping beside that spring. It needs coupling.compliance");
         counts_supply: bool = Variable::option(1224, "consumption.enabled", false)
             .text("Count the air that is drawn from the supply, for supply.massFlow, supply.consumed and supply.consumedVolume");
     }
@@ -109,6 +116,7 @@ impl Options {
         let lines = [self.hose_length_a, self.hose_length_b, self.vessel_volume];
         let has_direction = direction_factor != 1.0 || direction_factor.slope != 0.0;
         let is_chosen = self.opens().contains(&true) || counts_supply || has_direction;
+        let is_chosen = is_chosen || self.motion != Motion::Free;
         is_chosen || [spring_stiffness, kappa_difference, waviness].into_iter().chain(lines).any(Tangent::is_used)
     }
 
@@ -127,8 +135,17 @@ impl Options {
         [self.throttle_a, self.throttle_b]
     }
 
-    /// Refuses a rod that fills the bore, in m, a cushion longer than the stroke, in m, and restrictions without the hose that
-    /// they end.
+    /// What moves the carriage.
+    pub(super) fn guidance(&self) -> Guidance {
+        match self.motion {
+            Motion::Free => Guidance::Free,
+            Motion::Imposed if self.compliance.value == 0.0 => Guidance::Rigid,
+            Motion::Imposed => Guidance::Compliant { stiffness: 1.0 / self.compliance, damping: self.coupling_damping },
+        }
+    }
+
+    /// Refuses a rod that fills the bore, in m, a cushion longer than the stroke, in m, restrictions without the hose that
+    /// they end, and a coupling without its parts.
     pub fn check(&self, bore: f64, stroke: f64) -> Result<(), ParameterError> {
         if self.rod_a >= bore {
             let reason = format!("it must be smaller than cylinder.bore = {bore}");
@@ -137,6 +154,14 @@ impl Options {
         if self.cushion_length > stroke {
             let reason = format!("it must not exceed cylinder.stroke = {stroke}");
             return Err(ParameterError::new("cushion.length", self.cushion_length.value, &reason));
+        }
+        if self.compliance > 0.0 && self.motion == Motion::Free {
+            let reason = "it needs a motion to couple with: set motion = Imposed, too";
+            return Err(ParameterError::new("coupling.compliance", self.compliance.value, reason));
+        }
+        if self.coupling_damping > 0.0 && self.compliance == 0.0 {
+            let reason = "it needs a spring beside it: set coupling.compliance, too";
+            return Err(ParameterError::new("coupling.damping", self.coupling_damping.value, reason));
         }
         for (side, chamber) in ["A", "B"].into_iter().enumerate() {
             let [length, _] = self.hoses()[side].map(|it| it.value);

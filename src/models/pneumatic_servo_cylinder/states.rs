@@ -1,5 +1,6 @@
 //! Inputs, states, and the places of the states in a run.
 
+use super::motion::Imposed;
 use super::parameters::Parameters;
 use super::{lines, sensors};
 use crate::friction::MAX_STATES;
@@ -9,6 +10,43 @@ use crate::{inputs, states};
 
 /// Value reference of the external force.
 pub const FORCE: u32 = 2;
+/// Value reference of the imposed position.
+pub const IMPOSED_POSITION: u32 = 4;
+/// Value reference of the imposed velocity.
+pub const IMPOSED_VELOCITY: u32 = 5;
+
+/// How many inputs equations without options read.
+pub(super) const FEW: usize = 3;
+/// How many inputs there are.
+pub(super) const ALL: usize = Inputs::LEN;
+
+impl<S: Copy + Default> Inputs<S> {
+    /// The inputs of equations that read the first `U` of them; the others do not count.
+    #[inline(always)]
+    pub(super) fn of<const U: usize>(u: &[S; U]) -> Self {
+        const { assert!(U == FEW || U == ALL, "equations read either few of the inputs or all") };
+        Self::read(&std::array::from_fn(|place| if place < U { u[place] } else { S::default() }))
+    }
+
+    /// What is said of an imposed motion.
+    #[inline(always)]
+    pub(super) fn imposed(&self) -> Imposed<S> {
+        Imposed { position: self.imposed_position, velocity: self.imposed_velocity }
+    }
+
+    /// The same in other numbers.
+    #[inline(always)]
+    pub(super) fn map<T: Copy>(self, number: impl Fn(S) -> T) -> Inputs<T> {
+        let Self { valve_voltage, external_force, supply_pressure, imposed_position, imposed_velocity } = self;
+        Inputs {
+            valve_voltage: number(valve_voltage),
+            external_force: number(external_force),
+            supply_pressure: number(supply_pressure),
+            imposed_position: number(imposed_position),
+            imposed_velocity: number(imposed_velocity),
+        }
+    }
+}
 
 inputs! {
     /// The inputs.
@@ -19,6 +57,10 @@ inputs! {
             .text("External force on the carriage towards +x");
         supply_pressure = Variable::input(SUPPLY, "supplyPressure", units::PASCAL, 5e5).at_least(0.0).nominal(1e5).shown_in("bar")
             .text("Supply pressure of the valve or the regulator, absolute; below ambient it acts as ambient");
+        imposed_position = Variable::input(IMPOSED_POSITION, "imposedPosition", units::METRE, 0.25).nominal(0.1).shown_in("mm")
+            .text("With motion = Imposed: position of the carriage, or of the far end of the coupling; the motion starts here. Held: that at the beginning of a communication step; with a derivative: that of each instant");
+        imposed_velocity = Variable::input(IMPOSED_VELOCITY, "imposedVelocity", units::METRE_PER_SECOND, 0.0).nominal(0.1).shown_in("mm/s")
+            .text("With motion = Imposed: velocity of the carriage, or of the far end of the coupling; 0 throughout: the position is reached at the end of each communication step");
     }
 }
 

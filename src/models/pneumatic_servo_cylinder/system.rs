@@ -4,9 +4,10 @@ use std::ops::Range;
 
 use super::cylinder::{ExplicitSteps, Memory, MemoryOf, Parts, PneumaticServoCylinder};
 use super::lines::Lines;
+use super::motion::{self, Guidance};
 use super::parameters::Parameters;
 use super::sensors::{self, Sensors};
-use super::states::{Inputs, PRESSURE_A, PRESSURE_B, State, TEMPERATURE_A, TEMPERATURE_B, of_actuator};
+use super::states::{ALL, Inputs, PRESSURE_A, PRESSURE_B, State, TEMPERATURE_A, TEMPERATURE_B, of_actuator};
 use super::variables::{self, Outputs};
 use crate::friction::{Event, FrictionLaw, Indicators};
 use crate::numbers::{Number, Pair, Real, Scalar, Varying};
@@ -22,11 +23,16 @@ use crate::variables::{Notice, Notices, ParameterError, Values};
 /// position and friction force stays far below the promised accuracy, and they would take most of the steps.
 const FRICTION_ALLOWANCE: f64 = 10.0;
 
-impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> System<3> for PneumaticServoCylinder<L, A, EXTENDED> {
+/// Equations that read few of the inputs, those which a cylinder without options has a use for, or all of them.
+impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool, const U: usize> System<U>
+    for PneumaticServoCylinder<L, A, EXTENDED>
+{
     type Parameters = Parameters;
     type State = State;
     type Memory<S: Varying> = MemoryOf<L, A, S>;
     type Indicators<S: Varying> = Indicators<S>;
+
+    const INPUTS: usize = ALL;
 
     const RESIDUALS: usize = variables::RESIDUALS;
 
@@ -55,10 +61,11 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> System<3> for Pneumatic
         &self.p
     }
 
-    fn start<S: Varying, const N: usize>(&self, inputs: &[S; 3]) -> ([S; N], Self::Memory<S>) {
-        let u = Inputs::read(inputs);
+    fn start<S: Varying, const N: usize>(&self, inputs: &[S; U]) -> ([S; N], Self::Memory<S>) {
+        let u = Inputs::of(inputs);
         let mut x = [S::zero(); N];
-        State::Position.set(&mut x, S::along(self.p.position0));
+        let position0 = if self.is_led() { u.imposed_position } else { S::along(self.p.position0) };
+        State::Position.set(&mut x, position0);
         State::Velocity.set(&mut x, S::along(self.p.velocity0));
         (x[PRESSURE_A], x[PRESSURE_B]) = (S::along(self.p.pressure0_a), S::along(self.p.pressure0_b));
         if EXTENDED {
@@ -73,19 +80,21 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> System<3> for Pneumatic
         }
         let (states, actuator) = self.actuator.start(u.valve_voltage);
         x[..STATES].copy_from_slice(&states);
-        let contact = self.contact(S::zero(), &x, &u, State::Velocity.get(&x));
+        let rate = if self.is_led() { u.imposed_velocity } else { State::Velocity.get(&x) };
+        let motion = motion::Memory::new(rate);
+        let contact = self.contact(S::zero(), &x, &u, rate, &motion);
         let friction = self.friction.start(&contact, &mut x);
         let force = self.friction.force(&contact, &x, &friction, &mut [S::zero(); N]);
-        let acceleration = self.friction.rate((contact.applied - force) * self.per_mass, &friction);
-        let quantities = self.measured(&x, &u, acceleration);
+        let acceleration = self.acceleration(&contact, force, &motion);
+        let quantities = self.measured(S::zero(), &x, &u, [acceleration, force], (&friction, &motion));
         if EXTENDED && self.sensors.states() > 0 {
             x[Self::first_of_sensors(N)..][..sensors::COUNT].copy_from_slice(&quantities);
         }
-        (x, Memory { actuator, friction, sensors: self.sensors.start(quantities) })
+        (x, Memory { actuator, friction, sensors: self.sensors.start(quantities), motion })
     }
 
     fn states(&self) -> usize {
-        State::OTHERS + self.friction.count() + self.lines.states() + self.sensors.states()
+        self.states()
     }
 
     fn unused(&self, n: usize) -> Range<usize> {
@@ -94,7 +103,11 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> System<3> for Pneumatic
     }
 
     fn state_at(&self, reference: u32, n: usize) -> Option<usize> {
-        let own = State::of(reference).map(|state| state.at(n));
+        let own = match State::of(reference) {
+            // An imposed motion is given its velocity.
+            Some(State::Velocity) if self.is_led() => None,
+            own => own.map(|state| state.at(n)),
+        };
         let of_lines = || self.lines.state_at(reference).and_then(|place| self.places_of_lines(n).nth(place));
         let of_sensors = || self.sensors.state_at(reference).map(|place| Self::first_of_sensors(n) + place);
         own.or_else(|| self.friction.state_at(reference))
@@ -131,19 +144,19 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> System<3> for Pneumatic
         &self,
         time: S,
         x: &[S; N],
-        u: &[S; 3],
+        u: &[S; U],
         memory: &Self::Memory<S::Held>,
         computed: &mut [S],
     ) {
-        self.write_outputs(time, x, &Inputs::read(u), memory, computed);
+        self.write_outputs(time, x, &Inputs::of(u), memory, computed);
     }
 
     fn keeps_balance(&self) -> bool {
         self.p.keeps_balance
     }
 
-    fn notices(&self, u: &[f64; 3]) -> Notices {
-        let Inputs { supply_pressure: value, .. } = Inputs::read(u);
+    fn notices(&self, u: &[f64; U]) -> Notices {
+        let Inputs { supply_pressure: value, .. } = Inputs::of(u);
         let remark = "it acts as ambientPressure, which is higher; pressures are absolute and in Pa";
         let is_low = value < self.p.ambient_pressure.value && self.actuator.has_supply();
         let low = is_low.then_some(Notice { variable: "supplyPressure", value, remark });
@@ -154,11 +167,11 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> System<3> for Pneumatic
         &self,
         time: S,
         x: &[S; N],
-        u: &[S; 3],
+        u: &[S; U],
         memory: &MemoryOf<L, A, S::Held>,
     ) -> [S; N] {
         let mut rates = [S::zero(); N];
-        self.write_rates(time, x, u, memory, &mut rates);
+        self.write_rates(time, x, &Inputs::of(u), memory, &mut rates);
         rates
     }
 
@@ -166,10 +179,11 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> System<3> for Pneumatic
         &self,
         time: S,
         x: &[S; N],
-        u: &[S; 3],
+        u: &[S; U],
         memory: &MemoryOf<L, A, S>,
     ) -> Indicators<S> {
-        let contact = self.contact(time, x, &Inputs::read(u), self.rate(x, memory));
+        let u = &Inputs::of(u);
+        let contact = self.contact(time, x, u, self.rate(time, x, u, memory), &memory.motion);
         self.friction.indicators(&contact, x, &memory.friction)
     }
 
@@ -182,10 +196,11 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> System<3> for Pneumatic
         event: usize,
         time: S,
         x: &mut [S; N],
-        u: &[S; 3],
+        u: &[S; U],
         memory: &mut MemoryOf<L, A, S>,
     ) {
-        let contact = self.contact(time, x, &Inputs::read(u), self.rate(x, memory));
+        let u = &Inputs::of(u);
+        let contact = self.contact(time, x, u, self.rate(time, x, u, memory), &memory.motion);
         self.friction.switch(Event::ALL[event], &contact, State::Velocity.at(N), x, &mut memory.friction);
     }
 
@@ -193,17 +208,37 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> System<3> for Pneumatic
         &self,
         time: S,
         x: &[S; N],
-        u: &[S; 3],
+        u: &[S; U],
         memory: &mut MemoryOf<L, A, S>,
     ) -> bool {
-        let u = &Inputs::read(u);
+        let u = &Inputs::of(u);
         self.actuator.follow(u.valve_voltage, &mut memory.actuator);
         // The velocity is worked out only for a law that asks for it.
         if !self.friction.follows() {
             return false;
         }
-        let rate = self.rate(x, memory);
-        self.friction.follow(|| self.contact(time, x, u, rate), x, &mut memory.friction)
+        let rate = self.rate(time, x, u, memory);
+        if self.is_led() {
+            memory.motion.trend.follow(rate);
+        }
+        let motion = &memory.motion;
+        self.friction.follow(|| self.contact(time, x, u, rate, motion), x, &mut memory.friction)
+    }
+
+    fn begin<S: Varying, const N: usize>(
+        &self,
+        span: [f64; 2],
+        x: &[S; N],
+        u: &[S; U],
+        slopes: &[f64; U],
+        memory: &mut MemoryOf<L, A, S>,
+    ) -> bool {
+        if self.is_free() {
+            return false;
+        }
+        let from = self.is_led().then(|| State::Position.get(x));
+        memory.motion.begin(span, from, Inputs::of(u).imposed(), Inputs::of(slopes).imposed());
+        true
     }
 
     fn next_sample<S: Varying>(&self, memory: &MemoryOf<L, A, S>) -> Sample<S> {
@@ -223,35 +258,36 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> System<3> for Pneumatic
     }
 
     fn depends_on_time(&self) -> bool {
-        self.friction.depends_on_time()
+        self.friction.depends_on_time() || (EXTENDED && matches!(self.guidance, Guidance::Compliant { .. }))
     }
 
     fn rounded(&self) -> Vec<String> {
         self.sensors.rounded()
     }
 
-    fn sample<S: Varying, const N: usize>(&self, time: S, x: &mut [S; N], u: &[S; 3], memory: &mut MemoryOf<L, A, S>) {
+    fn sample<S: Varying, const N: usize>(&self, time: S, x: &mut [S; N], u: &[S; U], memory: &mut MemoryOf<L, A, S>) {
         if EXTENDED {
             // One part at a time, the earliest; the others follow when they are the earliest.
             let next = self.next_change(memory);
             if self.actuator.next_sample::<S>(&memory.actuator) == next {
                 let mut states = of_actuator(x);
-                self.actuator.sample(&mut states, Inputs::read(u).valve_voltage, &mut memory.actuator);
+                self.actuator.sample(&mut states, Inputs::of(u).valve_voltage, &mut memory.actuator);
                 x[..STATES].copy_from_slice(&states);
                 return;
             }
             if self.sensors.next_sample(&memory.sensors) == next {
-                self.take_readings(time, x, u, memory);
+                self.take_readings(time, x, &Inputs::of(u), memory);
                 return;
             }
         }
-        let (rate, u) = (self.rate(x, memory), &Inputs::read(u));
-        self.friction.sample(|| self.contact(time, x, u, rate), time.value(), x, &mut memory.friction);
+        let u = &Inputs::of(u);
+        let (rate, motion) = (self.rate(time, x, u, memory), &memory.motion);
+        self.friction.sample(|| self.contact(time, x, u, rate, motion), time.value(), x, &mut memory.friction);
     }
 
-    fn arrive<S: Varying, const N: usize>(&self, time: S, x: &[S; N], u: &[S; 3], memory: &mut MemoryOf<L, A, S>) {
+    fn arrive<S: Varying, const N: usize>(&self, time: S, x: &[S; N], u: &[S; U], memory: &mut MemoryOf<L, A, S>) {
         if EXTENDED {
-            self.take_readings(time, x, u, memory);
+            self.take_readings(time, x, &Inputs::of(u), memory);
         }
     }
 
@@ -282,7 +318,8 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> System<3> for Pneumatic
     }
 
     fn limits<const N: usize>(&self) -> [Limits; N] {
-        let mut limits = self.scales().map(Limits::of_magnitude);
+        let scales: [f64; N] = System::<U>::scales(self);
+        let mut limits = scales.map(Limits::of_magnitude);
         limits[State::Position.at(N)] = self.stops.limits();
         self.friction.write_limits(&mut limits);
         for (state, least) in [
@@ -321,16 +358,17 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> System<3> for Pneumatic
         &self,
         time: S,
         x: &[S; N],
-        u: &[S; 3],
+        u: &[S; U],
         memory: &MemoryOf<L, A, S>,
     ) -> [f64; QUANTITIES] {
-        self.mass_flow_and_power(time, x, u, memory)
+        self.mass_flow_and_power(time, x, &Inputs::of(u), memory)
     }
 
     fn fits<S: Varying>(&self, memory: &MemoryOf<L, A, S>) -> bool {
         self.actuator.fits::<S>(&memory.actuator)
             && self.friction.fits::<S>(&memory.friction)
             && memory.sensors.iter().all(sensor::Memory::is_sound)
+            && memory.motion.is_sound()
     }
 
     // What makes runs faster.
@@ -342,7 +380,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> System<3> for Pneumatic
         const IN_B: usize = Outputs::PLACES.pressure_b;
         match place {
             POSITION => Some(State::Position.get(x)),
-            VELOCITY => Some(self.rate(x, memory)),
+            VELOCITY => (!self.is_led()).then(|| self.own_rate(x, memory)),
             IN_A => Some(x[PRESSURE_A]),
             IN_B => Some(x[PRESSURE_B]),
             _ => None,
@@ -353,11 +391,11 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> System<3> for Pneumatic
         &self,
         time: S,
         x: &[S; N],
-        u: &[S; 3],
+        u: &[S; U],
         memory: &MemoryOf<L, A, S>,
     ) -> [S; N] {
         let mut rates = [S::zero(); N];
-        self.driven_rates(time, x, &Inputs::read(u), memory, &mut rates);
+        self.driven_rates(time, x, &Inputs::of(u), memory, &mut rates);
         rates
     }
 
@@ -365,7 +403,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> System<3> for Pneumatic
         &self,
         time: f64,
         x: &[f64; N],
-        u: &[f64; 3],
+        u: &[f64; U],
         memory: &MemoryOf<L, A, S>,
         jacobian: &mut [[f64; N]; N],
     ) -> [f64; N] {
@@ -379,7 +417,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> System<3> for Pneumatic
             if !EXTENDED {
                 return of_motion;
             }
-            let longest = of_motion.min(self.lines.longest_steps());
+            let longest = of_motion.min(self.lines.longest_steps()).min(self.longest_coupled);
             // Chambers that pulses vent come so close to the pressure outside that the midpoint rule does not follow.
             if self.actuator.is_sampled() { LongestSteps { midpoint: 0.0, ..longest } } else { longest }
         };
@@ -390,21 +428,21 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> System<3> for Pneumatic
         }
     }
 
-    fn indicators_hold<S: Varying>(&self, inputs: [&[S; 3]; 2]) -> bool {
-        act_on_actuator_alone(inputs) && !self.friction.follows()
+    fn indicators_hold<S: Varying>(&self, inputs: [&[S; U]; 2]) -> bool {
+        self.is_free() && act_on_actuator_alone(inputs) && !self.friction.follows()
     }
 
     fn refresh<S: Varying, const N: usize>(
         &self,
         x: &[S; N],
-        inputs: [&[S; 3]; 2],
+        inputs: [&[S; U]; 2],
         memory: &MemoryOf<L, A, S>,
         derivatives: &mut [S; N],
     ) -> bool {
-        if !act_on_actuator_alone(inputs) {
+        if !self.is_free() || !act_on_actuator_alone(inputs) {
             return false;
         }
-        let rates = self.actuator.rates(of_actuator(x), Inputs::read(inputs[1]).valve_voltage, &memory.actuator);
+        let rates = self.actuator.rates(of_actuator(x), Inputs::of(inputs[1]).valve_voltage, &memory.actuator);
         derivatives[..STATES].copy_from_slice(&rates);
         true
     }
@@ -414,21 +452,22 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> System<3> for Pneumatic
         time: S,
         x: &[S; N],
         rates: &[S; N],
-        u: &[S; 3],
+        u: &[S; U],
         memory: &MemoryOf<L, A, S>,
     ) -> f64 {
-        let contact = || self.contact(time, x, &Inputs::read(u), self.rate(x, memory));
+        let u = &Inputs::of(u);
+        let contact = || self.contact(time, x, u, self.rate(time, x, u, memory), &memory.motion);
         self.friction.relaxation(contact, [x, rates], &memory.friction)
     }
 
     fn is_smooth<S: Varying, const N: usize>(
         &self,
         [x, end]: [&[f64; N]; 2],
-        u: [&[f64; 3]; 2],
+        u: [&[f64; U]; 2],
         memory: &MemoryOf<L, A, S>,
         step: f64,
     ) -> bool {
-        let [u, u_end] = u.map(Inputs::read);
+        let [u, u_end] = u.map(Inputs::of);
         let states = [of_actuator(x), of_actuator(end)];
         self.piece(x, &u) == self.piece(end, &u_end)
             && self.actuator.stays_in_piece::<S>(states, u.valve_voltage, &memory.actuator, step)
@@ -441,11 +480,11 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> System<3> for Pneumatic
     fn led<S: Varying, const N: usize>(
         &self,
         x: &[S; N],
-        u: &[S; 3],
+        u: &[S; U],
         memory: &MemoryOf<L, A, S>,
         stride: &Stride<S>,
     ) -> Led<[S; N]> {
-        let voltage = Inputs::read(u).valve_voltage;
+        let voltage = Inputs::of(u).valve_voltage;
         let Led { middle, end, bend } = self.actuator.later(of_actuator(x), voltage, &memory.actuator, stride);
         let placed = |own: [S; STATES]| {
             let mut all = [S::zero(); N];
@@ -457,9 +496,9 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> System<3> for Pneumatic
 }
 
 /// Whether inputs differ in nothing but the voltage: it, and the play that follows it, act on the actuator alone.
-fn act_on_actuator_alone<S: Scalar>(inputs: [&[S; 3]; 2]) -> bool {
+fn act_on_actuator_alone<S: Scalar, const U: usize>(inputs: [&[S; U]; 2]) -> bool {
     let others = |u: Inputs<S>| [u.external_force, u.supply_pressure];
-    let [from, to] = inputs.map(Inputs::read).map(others);
+    let [from, to] = inputs.map(Inputs::of).map(others);
     from == to && from.map(|it| it.value().to_bits()) == to.map(|it| it.value().to_bits())
 }
 

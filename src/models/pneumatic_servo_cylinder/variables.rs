@@ -3,7 +3,7 @@
 use super::cylinder::Listed;
 use super::lines::{Lines, feeds};
 use super::sensors::Sensors;
-use super::states::{FORCE, Inputs, State};
+use super::states::{FORCE, IMPOSED_POSITION, IMPOSED_VELOCITY, Inputs, State};
 use crate::friction::{FrictionLaw, states};
 use crate::outputs;
 use crate::pneumatics::actuator::Actuating;
@@ -47,9 +47,15 @@ pub fn tables<L: FrictionLaw, A: Actuating>() -> Tables {
     let computed = ByPart {
         outputs: states::completed::<L>(outputs.collect(), references::CONTACT),
         actuator: A::computed(),
-        friction: states::table::<L>("friction", references::CONTACT, depends::SLIDING),
+        friction: states::table::<L>("friction", references::CONTACT, depends::SLIDING)
+            .into_iter()
+            .map(yielding)
+            .collect(),
         lines: Lines::computed([&feeds[0], &feeds[1]], at_ports),
-        sensors: Sensors::computed(measured, [&[], &[], &[], &[FORCE]]),
+        sensors: Sensors::computed(
+            measured,
+            [&[IMPOSED_POSITION], &[], &[], &[FORCE, IMPOSED_POSITION, IMPOSED_VELOCITY]],
+        ),
     };
     Tables {
         inputs: Inputs::table(),
@@ -60,11 +66,13 @@ pub fn tables<L: FrictionLaw, A: Actuating>() -> Tables {
 
 /// Inputs and states that the computed variables depend on.
 mod depends {
-    use super::{FORCE, State, feeds, references, states};
+    use super::{FORCE, IMPOSED_POSITION, IMPOSED_VELOCITY, State, feeds, references, states};
     use crate::variables::Variable;
 
     pub const X: u32 = State::Position.reference();
     pub const V: u32 = State::Velocity.reference();
+    /// The state that is the velocity, or the input that imposes it.
+    pub const MOVING: [u32; 2] = [V, IMPOSED_VELOCITY];
     pub const P_A: u32 = State::PressureA.reference();
     pub const P_B: u32 = State::PressureB.reference();
     pub const T_A: u32 = State::TemperatureA.reference();
@@ -92,14 +100,20 @@ mod depends {
 
     /// What the rates of a chamber depend on; what leaks past the piston brings the temperature upstream along.
     pub fn gas(chamber: usize) -> Vec<u32> {
-        [flow(chamber), vec![[T_B, T_A][chamber], V]].concat()
+        [flow(chamber), vec![[T_B, T_A][chamber]], MOVING.to_vec()].concat()
     }
 
     /// What decides whether a law without states of its own holds the mass.
-    pub const LOAD: &[u32] = &[references::TIME, FORCE, X, V, P_A, P_B];
+    pub const LOAD: &[u32] = &[references::TIME, FORCE, IMPOSED_POSITION, IMPOSED_VELOCITY, X, V, P_A, P_B];
 
     /// What velocity and load level depend on.
-    pub const SLIDING: &[u32] = &[X, V, P_A, P_B];
+    pub const SLIDING: &[u32] = &[X, V, IMPOSED_VELOCITY, P_A, P_B];
+
+    /// What the limits of friction under an imposed motion depend on.
+    pub fn limits() -> Vec<u32> {
+        let own = [references::TIME, IMPOSED_VELOCITY, X, P_A, P_B];
+        [own.to_vec(), states::references(references::CONTACT)].concat()
+    }
 
     /// What friction and acceleration depend on.
     pub fn motion() -> Vec<u32> {
@@ -112,22 +126,25 @@ outputs! {
     Outputs {
         position = Variable::output(depends::X, "position", units::METRE).nominal(0.1).shown_in("mm")
             .depends_on(&[depends::X])
+            .starts_from(&[IMPOSED_POSITION])
             .text("Position of the carriage, 0 at the end of the instroke, stroke at the end of the outstroke");
         velocity = Variable::output(depends::V, "velocity", units::METRE_PER_SECOND).nominal(0.1).shown_in("mm/s").derivative_of(depends::X)
-            .depends_on(&[depends::V])
+            .depends_on(&depends::MOVING)
             .text("Velocity of the carriage; exactly 0 while it sticks");
         acceleration = Variable::output(103, "acceleration", units::METRE_PER_SECOND_SQUARED).nominal(1.0).derivative_of(depends::V)
             .depends_on(&depends::motion())
             .text("Acceleration of the carriage");
         rod_force = Variable::output(104, "rodForce", units::NEWTON).nominal(10.0)
             .depends_on(&depends::motion())
-            .text("Force of the rod on the carriage, positive when pushing: what a load cell between them reads");
+            .text("Force of the rod on the carriage, positive when pushing: what a load cell between them reads; with motion = Imposed all force of the cylinder on the body that imposes it");
         pressure_force = Variable::output(105, "pressureForce", units::NEWTON).nominal(10.0)
             .depends_on(&[depends::P_A, depends::P_B])
             .text("Force of the chambers and of the atmosphere on the rod");
         friction_force = Variable::output(106, "frictionForce", units::NEWTON).nominal(10.0)
             .depends_on(&depends::motion())
             .text("Friction force on the moving mass, positive when it opposes motion towards +x");
+        friction_low = friction_limit(115, "low", "Least");
+        friction_high = friction_limit(116, "high", "Largest");
         pressure_a = Variable::output(depends::P_A, "chamberA.pressure", units::PASCAL).nominal(1e5).shown_in("bar")
             .depends_on(&[depends::P_A])
             .text("Absolute pressure in chamber A");
@@ -141,10 +158,10 @@ outputs! {
             .depends_on(&[depends::P_B, depends::T_B])
             .text("Gas temperature in chamber B");
         mass_flow_a = Variable::output(111, "chamberA.massFlow", units::KILOGRAM_PER_SECOND).nominal(1e-3).shown_in("l/min(ANR)")
-            .depends_on(&[depends::flow(0), vec![depends::V]].concat())
+            .depends_on(&[depends::flow(0), depends::MOVING.to_vec()].concat())
             .text("Net mass flow into chamber A, leakage included; what an open chamber breathes");
         mass_flow_b = Variable::output(112, "chamberB.massFlow", units::KILOGRAM_PER_SECOND).nominal(1e-3).shown_in("l/min(ANR)")
-            .depends_on(&[depends::flow(1), vec![depends::V]].concat())
+            .depends_on(&[depends::flow(1), depends::MOVING.to_vec()].concat())
             .text("Net mass flow into chamber B, leakage included; what an open chamber breathes");
         sticking = Variable::flag(114, "sticking")
             .depends_on(depends::LOAD)
@@ -162,12 +179,28 @@ outputs! {
             .depends_on(&depends::gas(1))
             .text("Rate of the temperature in chamber B");
         stop_force = Variable::output(211, "cylinder.stopForce", units::NEWTON).local().nominal(100.0)
-            .depends_on(&[depends::X, depends::V])
+            .depends_on(&[depends::X, depends::V, IMPOSED_VELOCITY])
             .text("Force of the end stops on the carriage towards +x");
         load_level = Variable::output(212, "friction.level", units::ONE).local().nominal(1.0)
-            .depends_on(&[FORCE, depends::X, depends::P_A, depends::P_B])
+            .depends_on(&[FORCE, IMPOSED_POSITION, IMPOSED_VELOCITY, depends::X, depends::P_A, depends::P_B])
             .text("Load level lambda that multiplies the forces of the friction law");
     }
+}
+
+/// A deflection that yields at once to an imposed motion of the other direction.
+fn yielding(state: Variable) -> Variable {
+    if state.reference != states::deflection(references::CONTACT) {
+        return state;
+    }
+    let known = [state.depends_on.as_slice(), &[IMPOSED_VELOCITY]].concat();
+    state.depends_on(&known)
+}
+
+fn friction_limit(reference: u32, side: &str, which: &str) -> Variable {
+    let limit = Variable::output(reference, &format!("frictionForceLimit.{side}"), units::NEWTON).nominal(10.0);
+    limit.depends_on(&depends::limits()).text(&format!(
+        "{which} friction force that the contact can hold against, with motion = Imposed: at rest under a set-valued law the end of a range, else frictionForce; 0 with motion = Free"
+    ))
 }
 
 /// Residuals of the balances, in the order of the conserved quantities.

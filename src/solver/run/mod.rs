@@ -324,7 +324,8 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
         self.last_event = None;
         if end > self.time {
             let duration = end - self.time;
-            if self.system.begin(duration, &self.inputs.at(self.time), &mut self.memory) {
+            let (span, u, slopes) = ([self.time, duration], self.inputs.at(self.time), self.inputs.slopes());
+            if self.system.begin(span, &self.x, &u, &slopes, &mut self.memory) {
                 self.is_linearised = false;
             }
         }
