@@ -79,6 +79,10 @@ fn contexts(model: &Model, name: &str) -> Vec<Changes> {
         }
         ["coupling", "damping"] => vec![vec![("motion", 2.0), ("coupling.compliance", 1e-5)]],
         ["leakage", "b"] => vec![vec![("chamberA.leakage", 1e-9)]],
+        ["twoValves", ..] => vec![vec![("actuation", 4.0), ("valveVoltageA", 8.0), ("valveVoltageB", 2.0)]],
+        ["twoRegulators", ..] => vec![vec![("actuation", 5.0)]],
+        ["valveVoltageA" | "valveVoltageB"] => vec![vec![("actuation", 4.0)]],
+        ["imposedPosition" | "imposedVelocity"] => vec![vec![("motion", 2.0)]],
         ["switching", ..] | ["switching.centreNumber"] => vec![vec![("actuation", 3.0)]],
         ["valve", part, ..] if part.starts_with("table") => {
             let table = [("valve.characteristic", 2.0), ("valve.tableA.points", 11.0), ("valve.tableB.points", 11.0)];

@@ -148,7 +148,7 @@ fn reading_that_is_rounded_has_no_number() {
 fn reading_that_is_rounded_has_no_gradient() {
     let sampled = [("sensor.position.sampleTime", 1e-3.into()), ("sensor.position.resolution", 1e-5.into())];
     let free = [("valve.hysteresis", 0.0.into())];
-    let (ends, inputs) = ([0.1, 0.2], [6.5, 6.4].map(|voltage| vec![voltage, 0.0, 6e5, 0.25, 0.0]));
+    let (ends, inputs) = ([0.1, 0.2], [6.5, 6.4].map(|voltage| vec![voltage, 0.0, 6e5, 0.25, 0.0, 5.0, 5.0]));
     for (output, is_told) in [("sensor.position.reading", true), ("position", false)] {
         let begin = || start(&pneumatic_servo_cylinder::MODEL, &[&sampled[..], &free].concat());
         let steps = || Steps { ends: &ends, inputs: &inputs };

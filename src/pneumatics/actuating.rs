@@ -17,6 +17,10 @@ pub const FLOW: usize = 1;
 
 /// Value reference of the input that commands an actuator, a voltage.
 pub const VOLTAGE: u32 = 1;
+/// Value references of the inputs that command an actuator of each chamber.
+pub const VOLTAGE_A: u32 = 6;
+/// The same of chamber B.
+pub const VOLTAGE_B: u32 = 7;
 /// Value reference of the parameter that chooses among actuators.
 pub const ACTUATION: u32 = 1032;
 /// Value reference of the input that is the supply pressure.
@@ -33,6 +37,29 @@ pub struct Ports<'a, S> {
     pub exhaust: &'a Reservoir,
     /// Its absolute pressure in Pa.
     pub exhaust_pressure: Tangent,
+}
+
+/// The inputs that command an actuator, voltages in V.
+#[derive(Clone, Copy, Debug)]
+pub struct Commands<S> {
+    /// Of an actuator for both chambers.
+    pub voltage: S,
+    /// Of the actuator of chamber A, where there is one for [each chamber](Actuating::takes_commands_of_chambers).
+    pub voltage_a: S,
+    /// Of the actuator of chamber B.
+    pub voltage_b: S,
+}
+
+impl<S: Copy> Commands<S> {
+    /// The same voltage for all.
+    pub fn all(voltage: S) -> Self {
+        Self { voltage, voltage_a: voltage, voltage_b: voltage }
+    }
+
+    /// Those of the actuators of the chambers A and B.
+    pub fn of_chambers(self) -> [S; 2] {
+        [self.voltage_a, self.voltage_b]
+    }
 }
 
 /// An actuator: its parameters, its states, its variables and its equations.
@@ -77,33 +104,43 @@ pub trait Actuating: Clone + std::fmt::Debug + Send + Sync + Sized + 'static {
         false
     }
 
-    /// Whether [`half`](Self::half) and [`later`](Self::later) have its states in closed form while the voltage is held. Without
+    /// Whether [`half`](Self::half) and [`later`](Self::later) have its states in closed form while the commands are held. Without
     /// it runs take implicit steps only, which cost two to four times as much.
     fn has_closed_form(&self) -> bool {
+        false
+    }
+
+    /// Whether it takes a command for each chamber, and not one for both.
+    fn takes_commands_of_chambers(&self) -> bool {
         false
     }
 
     /// Magnitudes of its states, for error control.
     fn scales(&self) -> [f64; STATES];
 
-    /// States and memory at the start, under a voltage.
-    fn start<S: Varying>(&self, voltage: S) -> ([S; STATES], Self::Memory<S>);
+    /// States and memory at the start, under commands.
+    fn start<S: Varying>(&self, commands: Commands<S>) -> ([S; STATES], Self::Memory<S>);
 
-    /// Rates of the states under a voltage.
-    fn rates<S: Scalar>(&self, states: [S; STATES], voltage: S, memory: &Self::Memory<S::Held>) -> [S; STATES];
+    /// Rates of the states under commands.
+    fn rates<S: Scalar>(
+        &self,
+        states: [S; STATES],
+        commands: Commands<S>,
+        memory: &Self::Memory<S::Held>,
+    ) -> [S; STATES];
 
-    /// What half a step of a size in s leaves of the distances of the states from where a held voltage leads, as a matrix.
+    /// What half a step of a size in s leaves of the distances of the states from where held commands lead, as a matrix.
     /// Asked of actuators with a [closed form](Self::has_closed_form).
     fn half<S: Varying>(&self, _step: f64) -> [[S; STATES]; STATES] {
         [[S::zero(); STATES]; STATES]
     }
 
-    /// The states in a step, under a voltage that is held and that the memory has followed. Asked of actuators with a
+    /// The states in a step, under commands that are held and that the memory has followed. Asked of actuators with a
     /// [closed form](Self::has_closed_form).
     fn later<S: Varying>(
         &self,
         states: [S; STATES],
-        _voltage: S,
+        _commands: Commands<S>,
         _memory: &Self::Memory<S>,
         _stride: &Stride<S>,
     ) -> Led<[S; STATES]> {
@@ -116,16 +153,16 @@ pub trait Actuating: Clone + std::fmt::Debug + Send + Sync + Sized + 'static {
         false
     }
 
-    /// Lets the memory follow the voltage.
-    fn follow<S: Varying>(&self, _voltage: S, _memory: &mut Self::Memory<S>) {}
+    /// Lets the memory follow the commands.
+    fn follow<S: Varying>(&self, _commands: Commands<S>, _memory: &mut Self::Memory<S>) {}
 
     /// The next point in time at which it changes by itself.
     fn next_sample<S: Varying>(&self, _memory: &Self::Memory<S>) -> Sample<S> {
         Sample::never()
     }
 
-    /// Changes at that point, under a voltage.
-    fn sample<S: Varying>(&self, _states: &mut [S; STATES], _voltage: S, _memory: &mut Self::Memory<S>) {}
+    /// Changes at that point, under commands.
+    fn sample<S: Varying>(&self, _states: &mut [S; STATES], _commands: Commands<S>, _memory: &mut Self::Memory<S>) {}
 
     /// What flows into the chambers.
     fn feed<S: Scalar>(&self, states: [S; STATES], ports: &Ports<S>, gas: GasState<Pair<S>>) -> Inflow<Pair<S>>;
@@ -140,7 +177,7 @@ pub trait Actuating: Clone + std::fmt::Debug + Send + Sync + Sized + 'static {
     fn stays_in_piece<S: Varying>(
         &self,
         _ends: [[f64; STATES]; 2],
-        _voltage: f64,
+        _commands: Commands<f64>,
         _memory: &Self::Memory<S>,
         _step: f64,
     ) -> bool {
@@ -154,7 +191,13 @@ pub trait Actuating: Clone + std::fmt::Debug + Send + Sync + Sized + 'static {
     }
 
     /// Writes its computed variables.
-    fn write<S: Scalar>(&self, states: [S; STATES], voltage: S, memory: &Self::Memory<S::Held>, slots: &mut [S]);
+    fn write<S: Scalar>(
+        &self,
+        states: [S; STATES],
+        commands: Commands<S>,
+        memory: &Self::Memory<S::Held>,
+        slots: &mut [S],
+    );
 
     /// Whether a memory has a meaning.
     fn fits<S: Varying>(&self, _memory: &Self::Memory<S>) -> bool {

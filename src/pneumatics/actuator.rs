@@ -1,7 +1,9 @@
-//! The catalogue of actuators: valves and regulators that feed the chambers of a cylinder on a voltage.
+//! The catalogue of actuators: valves and regulators that feed the chambers of a cylinder on a voltage, or on one for each chamber.
 
-pub use super::actuating::{ACTUATION, Actuating, FLOW, Ports, STATES, SUPPLY, VOLTAGE};
-use super::{regulator, switching, valve};
+pub use super::actuating::{
+    ACTUATION, Actuating, Commands, FLOW, Ports, STATES, SUPPLY, VOLTAGE, VOLTAGE_A, VOLTAGE_B,
+};
+use super::{regulator, switching, two_regulators, two_valves, valve};
 
 /// Makes a catalogue of actuators, a module with the enumeration `Actuation`, the actuators `Actuator` and their memories
 /// `Memory`.
@@ -14,7 +16,7 @@ macro_rules! actuators {
         $(#[$doc])*
         $vis mod $name {
             use super::*;
-            use $crate::pneumatics::{regulator, switching, valve};
+            use $crate::pneumatics::{regulator, switching, two_regulators, two_valves, valve};
             $crate::own_ids! { $($own)* }
             $crate::builtin_actuators! { $($own)* }
         }
@@ -41,6 +43,8 @@ macro_rules! builtin_actuators {
             1 ProportionalValve valve::ProportionalValve, "5/3 proportional valve between supply and both chambers";
             2 PressureRegulator regulator::PressureRegulator, "Pressure regulator feeding chamber A, chamber B plugged";
             3 SwitchingValves switching::SwitchingValves, "Two switching valves driven by pulses, between supply and both chambers";
+            4 TwoValves two_valves::TwoValves, "A 3/2 proportional valve for each chamber, on valveVoltageA and valveVoltageB";
+            5 TwoRegulators two_regulators::TwoRegulators, "A pressure regulator for each chamber, on valveVoltageA and valveVoltageB";
             $($own)*
         }
     };
@@ -87,7 +91,7 @@ macro_rules! actuator_items {
         const _: () = {
             use $crate::system::{Led, Sample, Stride};
             use $crate::numbers::{Pair, Real, Scalar, Varying};
-            use $crate::pneumatics::actuator::{ACTUATION, Actuating, Ports, STATES};
+            use $crate::pneumatics::actuator::{ACTUATION, Actuating, Commands, Ports, STATES};
             use $crate::pneumatics::gas::GasState;
             use $crate::pneumatics::orifice::Inflow;
             use $crate::variables::{Choice, ParameterError, ParameterSet, Tunable, Variable};
@@ -172,13 +176,16 @@ macro_rules! actuator_items {
                 fn scales(&self) -> [f64; STATES] {
                     of_actuator!(self, |actuator| actuator.scales())
                 }
-                fn start<S: Varying>(&self, voltage: S) -> ([S; STATES], Memory<S>) {
+                fn start<S: Varying>(&self, commands: Commands<S>) -> ([S; STATES], Memory<S>) {
                     match self {
                         $(Self::$item(actuator) => {
-                            let (states, memory) = actuator.start(voltage);
+                            let (states, memory) = actuator.start(commands);
                             (states, Memory::$item(memory))
                         })*
                     }
+                }
+                fn takes_commands_of_chambers(&self) -> bool {
+                    of_actuator!(self, |actuator| actuator.takes_commands_of_chambers())
                 }
                 fn is_sampled(&self) -> bool {
                     of_actuator!(self, |actuator| actuator.is_sampled())
@@ -200,12 +207,12 @@ macro_rules! actuator_items {
                 fn drawn<S: Scalar>(&self, states: [S; STATES], ports: &Ports<S>, gas: GasState<Pair<S>>) -> Pair<S> {
                     of_actuator!(self, |actuator| actuator.drawn(states, ports, gas))
                 }
-                fn write<S: Scalar>(&self, states: [S; STATES], voltage: S, memory: &Memory<S::Held>, slots: &mut [S]) {
+                fn write<S: Scalar>(&self, states: [S; STATES], commands: Commands<S>, memory: &Memory<S::Held>, slots: &mut [S]) {
                     let rest = slots;
                     $(
                         let (own, rest) = rest.split_at_mut(<$type as Actuating>::COMPUTED);
                         match (self, memory) {
-                            (Self::$item(actuator), Memory::$item(memory)) => actuator.write(states, voltage, memory, own),
+                            (Self::$item(actuator), Memory::$item(memory)) => actuator.write(states, commands, memory, own),
                             #[allow(unreachable_patterns, reason = "a catalogue may have one actuator")]
                             _ => own.fill(S::zero()),
                         }
@@ -220,30 +227,30 @@ macro_rules! actuator_items {
                     }
                 }
                 #[inline(always)]
-                fn rates<S: Scalar>(&self, states: [S; STATES], voltage: S, memory: &Memory<S::Held>) -> [S; STATES] {
-                    of_actuator!(self, memory, |actuator, memory| actuator.rates(states, voltage, memory))
+                fn rates<S: Scalar>(&self, states: [S; STATES], commands: Commands<S>, memory: &Memory<S::Held>) -> [S; STATES] {
+                    of_actuator!(self, memory, |actuator, memory| actuator.rates(states, commands, memory))
                 }
                 #[inline(always)]
-                fn later<S: Varying>(&self, states: [S; STATES], voltage: S, memory: &Memory<S>, stride: &Stride<S>) -> Led<[S; STATES]> {
-                    of_actuator!(self, memory, |actuator, memory| actuator.later(states, voltage, memory, stride))
+                fn later<S: Varying>(&self, states: [S; STATES], commands: Commands<S>, memory: &Memory<S>, stride: &Stride<S>) -> Led<[S; STATES]> {
+                    of_actuator!(self, memory, |actuator, memory| actuator.later(states, commands, memory, stride))
                 }
                 #[inline(always)]
-                fn stays_in_piece<S: Varying>(&self, ends: [[f64; STATES]; 2], voltage: f64, memory: &Memory<S>, step: f64) -> bool {
-                    of_actuator!(self, memory, |actuator, memory| actuator.stays_in_piece::<S>(ends, voltage, memory, step))
+                fn stays_in_piece<S: Varying>(&self, ends: [[f64; STATES]; 2], commands: Commands<f64>, memory: &Memory<S>, step: f64) -> bool {
+                    of_actuator!(self, memory, |actuator, memory| actuator.stays_in_piece::<S>(ends, commands, memory, step))
                 }
                 #[inline(always)]
                 fn is_hasty<S: Varying>(&self, memory: &Memory<S>) -> bool {
                     of_actuator!(self, memory, |actuator, memory| actuator.is_hasty::<S>(memory))
                 }
                 #[inline(always)]
-                fn follow<S: Varying>(&self, voltage: S, memory: &mut Memory<S>) {
-                    of_actuator!(self, memory, |actuator, memory| actuator.follow(voltage, memory))
+                fn follow<S: Varying>(&self, commands: Commands<S>, memory: &mut Memory<S>) {
+                    of_actuator!(self, memory, |actuator, memory| actuator.follow(commands, memory))
                 }
                 fn next_sample<S: Varying>(&self, memory: &Memory<S>) -> Sample<S> {
                     of_actuator!(self, memory, |actuator, memory| actuator.next_sample::<S>(memory))
                 }
-                fn sample<S: Varying>(&self, states: &mut [S; STATES], voltage: S, memory: &mut Memory<S>) {
-                    of_actuator!(self, memory, |actuator, memory| actuator.sample(states, voltage, memory))
+                fn sample<S: Varying>(&self, states: &mut [S; STATES], commands: Commands<S>, memory: &mut Memory<S>) {
+                    of_actuator!(self, memory, |actuator, memory| actuator.sample(states, commands, memory))
                 }
             }
         };

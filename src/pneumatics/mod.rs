@@ -1,5 +1,4 @@
-//! Compressed air: gas properties, orifices, the proportional valve, the pressure regulator, switching valves, hoses and the
-//! chambers.
+//! Compressed air: gas properties, orifices, proportional valves, pressure regulators, switching valves, hoses and the chambers.
 
 mod actuating;
 pub mod actuator;
@@ -8,10 +7,15 @@ pub mod chamber;
 pub mod gas;
 #[doc(hidden)]
 pub mod hose;
+mod lag;
 pub mod orifice;
 #[doc(hidden)]
 pub mod regulator;
 #[doc(hidden)]
 pub mod switching;
+#[doc(hidden)]
+pub mod two_regulators;
+#[doc(hidden)]
+pub mod two_valves;
 #[doc(hidden)]
 pub mod valve;

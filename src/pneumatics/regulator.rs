@@ -1,6 +1,6 @@
 //! The electronic pressure regulator of the rig with a plugged chamber.
 
-use super::actuating::{Actuating, BEND_WEIGHT, Ports, SHORT, STATES, SUPPLY, VOLTAGE, simpson_middle};
+use super::actuating::{Actuating, BEND_WEIGHT, Commands, Ports, SHORT, STATES, SUPPLY, VOLTAGE, simpson_middle};
 use super::gas::GasState;
 use super::orifice::{Inflow, Orifice, is_above, piece};
 use crate::numbers::{Number, Pair, Real, Scalar, Tangent, Varying};
@@ -117,12 +117,12 @@ impl Actuating for PressureRegulator {
         [1.0, 30.0]
     }
 
-    fn start<S: Varying>(&self, voltage: S) -> ([S; STATES], ()) {
-        ([S::zero(), self.regulator.command(voltage)], ())
+    fn start<S: Varying>(&self, commands: Commands<S>) -> ([S; STATES], ()) {
+        ([S::zero(), self.regulator.command(commands.voltage)], ())
     }
 
-    fn rates<S: Scalar>(&self, [_, pressure]: [S; STATES], voltage: S, _memory: &()) -> [S; STATES] {
-        [S::zero(), self.regulator.pressure_rate(self.regulator.command(voltage), pressure)]
+    fn rates<S: Scalar>(&self, [_, pressure]: [S; STATES], commands: Commands<S>, _memory: &()) -> [S; STATES] {
+        [S::zero(), self.regulator.pressure_rate(self.regulator.command(commands.voltage), pressure)]
     }
 
     fn half<S: Varying>(&self, step: f64) -> [[S; STATES]; STATES] {
@@ -133,12 +133,12 @@ impl Actuating for PressureRegulator {
     fn later<S: Varying>(
         &self,
         [_, pressure]: [S; STATES],
-        voltage: S,
+        commands: Commands<S>,
         _memory: &(),
         stride: &Stride<S>,
     ) -> Led<[S; STATES]> {
         let &Stride { size: step, half: [_, [_, left]] } = stride;
-        let command = self.regulator.command(voltage);
+        let command = self.regulator.command(commands.voltage);
         let (constant, distance) = (self.regulator.time_constant, pressure - command);
         let (middle, end) = (distance * left, distance * left * left);
         let effective = if step < SHORT * constant.value {
@@ -177,8 +177,8 @@ impl Actuating for PressureRegulator {
         Pair([piece(pressure.min(highest), pressure_a) + 4.0 * (is_short + is_spent), Real::zero()])
     }
 
-    fn write<S: Scalar>(&self, states: [S; STATES], voltage: S, memory: &(), slots: &mut [S]) {
-        let [[_, pressure], [_, pressure_rate]] = [states, self.rates(states, voltage, memory)];
+    fn write<S: Scalar>(&self, states: [S; STATES], commands: Commands<S>, memory: &(), slots: &mut [S]) {
+        let [[_, pressure], [_, pressure_rate]] = [states, self.rates(states, commands, memory)];
         Outputs { pressure, pressure_rate }.write(slots);
     }
 }
@@ -196,7 +196,7 @@ mod tests {
         let regulator = PressureRegulator::new(p).expect("legal");
         let stride = Stride { size: 0.02, half: regulator.half(0.02) };
         let Led { middle: [_, middle], end: [_, end], bend } =
-            regulator.later([0.0, 2e5].map(Real::of), Real::of(5.0), &(), &stride);
+            regulator.later([0.0, 2e5].map(Real::of), Commands::all(Real::of(5.0)), &(), &stride);
         let ([middle, end], bend) = ([middle, end].map(Real::value), bend.map(Real::value));
         let left = (-1.0f64).exp();
         assert!((end - (5e5 - 3e5 * left)).abs() < 1e-9, "{end}");

@@ -191,8 +191,8 @@ def test_variables_are_those_of_the_description(plant: ps.Model, fmu: Path) -> N
     conductance = plant.parameters["valve.C"]
     assert (conductance.default, conductance.unit, conductance.minimum is not None) == (3.93e-9, "m3/(s.Pa)", True)
     assert plant.parameters["friction.law"].default == "Stribeck"
-    imposed = ["imposedPosition", "imposedVelocity"]
-    assert list(plant.inputs) == ["valveVoltage", "externalForce", "supplyPressure", *imposed]
+    of_options = ["imposedPosition", "imposedVelocity", "valveVoltageA", "valveVoltageB"]
+    assert list(plant.inputs) == ["valveVoltage", "externalForce", "supplyPressure", *of_options]
 
 
 @pytest.mark.parametrize(

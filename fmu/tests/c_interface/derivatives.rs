@@ -32,13 +32,16 @@ pub fn input_keeps_the_value_it_reached_and_then_stays() {
 #[test]
 fn all_inputs_together_keep_the_values_they_reached() {
     let instance = Instance::initialized();
-    let inputs = ["valveVoltage", "externalForce", "supplyPressure", "imposedPosition", "imposedVelocity"];
-    assert_eq!(references(is_input), inputs.map(vr));
-    let before = [5.0, 8.0, 524_288.0, 0.25, 0.5];
-    assert_eq!(instance.set_real(&inputs.map(vr), &before), OK);
-    assert_eq!(instance.set_slopes(&inputs.map(vr), &[128.0, 1024.0, -65_536.0, 16.0, 64.0]), OK);
+    let first = ["valveVoltage", "externalForce", "supplyPressure", "imposedPosition", "imposedVelocity"];
+    let inputs = [&first[..], &["valveVoltageA", "valveVoltageB"]].concat();
+    let references_of = inputs.iter().map(|name| vr(name)).collect::<Vec<_>>();
+    assert_eq!(references(is_input), references_of);
+    let before = [5.0, 8.0, 524_288.0, 0.25, 0.5, 4.0, 6.0];
+    assert_eq!(instance.set_real(&references_of, &before), OK);
+    assert_eq!(instance.set_slopes(&references_of, &[128.0, 1024.0, -65_536.0, 16.0, 64.0, 128.0, -128.0]), OK);
     assert_eq!(instance.step(0.0, 1.0 / 128.0), OK);
-    assert_eq!(inputs.map(|name| instance.real(name)), [6.0, 16.0, 523_776.0, 0.375, 1.0]);
+    let reached: Vec<f64> = inputs.iter().map(|name| instance.real(name)).collect();
+    assert_eq!(reached, [6.0, 16.0, 523_776.0, 0.375, 1.0, 5.0, 5.0]);
 }
 
 #[test]

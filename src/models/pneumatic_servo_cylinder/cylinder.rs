@@ -179,7 +179,8 @@ impl<L: FrictionLaw, A: Actuating> Parts<L, A> {
 
     /// Whether any of them is compiled for extended equations only.
     pub fn need_extension(&self) -> bool {
-        self.options.are_used() || self.sensors.are_used() || self.actuator.is_sampled()
+        let has_options = self.options.are_used() || self.sensors.are_used();
+        has_options || self.actuator.is_sampled() || self.actuator.takes_commands_of_chambers()
     }
 }
 

@@ -529,7 +529,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
         rates: &mut [S],
     ) {
         self.driven_rates(time, x, u, memory, rates);
-        rates[..STATES].copy_from_slice(&self.actuator.rates(of_actuator(x), u.valve_voltage, &memory.actuator));
+        rates[..STATES].copy_from_slice(&self.actuator.rates(of_actuator(x), u.commands(), &memory.actuator));
     }
 
     /// Writes the rates of all states but those of the actuator.
@@ -687,7 +687,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
         };
         let slots = ByPart::new(computed, &lengths);
         outputs.write(slots.outputs);
-        self.actuator.write(of_actuator(x), u.valve_voltage, &memory.actuator, slots.actuator);
+        self.actuator.write(of_actuator(x), u.commands(), &memory.actuator, slots.actuator);
         friction.write(slots.friction);
         self.write_lines(x, rates, slots.lines);
         self.write_sensors(x, quantities, &memory.sensors, slots.sensors);

@@ -58,7 +58,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
     ) {
         let states: [usize; STATES] = std::array::from_fn(|place| place);
         let seeded = states.map(|place| Dual::<STATES, S>::variable(x[place], place));
-        let rates = self.actuator.rates(seeded, Dual::constant(u.valve_voltage), &memory.actuator);
+        let rates = self.actuator.rates(seeded, u.map(Dual::constant).commands(), &memory.actuator);
         scatter(states.into_iter().zip(rates), &states, jacobian, derivatives);
     }
 
@@ -296,7 +296,7 @@ mod couplings {
 
     type Extended = PneumaticServoCylinder<Friction, Actuator, true>;
 
-    const INPUTS: [f64; ALL] = [6.5, 3.0, 7e5, 0.25, 0.05];
+    const INPUTS: [f64; ALL] = [6.5, 3.0, 7e5, 0.25, 0.05, 6.0, 4.5];
 
     fn cylinder(changes: &[(&str, f64)]) -> Extended {
         for (name, _) in changes {
@@ -322,7 +322,7 @@ mod couplings {
 
     /// Every law, with every combination of options that adds a coupling.
     fn cases() -> Vec<Vec<(&'static str, f64)>> {
-        let options: [&[(&str, f64)]; 13] = [
+        let options: [&[(&str, f64)]; 15] = [
             &[("hoseA.length", 1.0), ("hoseB.length", 0.7)],
             &[("hoseA.length", 1.0), ("supply.volume", 1e-3), ("consumption.enabled", 1.0)],
             &[("consumption.enabled", 1.0)],
@@ -334,6 +334,8 @@ mod couplings {
             &[("actuation", 3.0), ("thermal.model", 3.0), ("hoseA.length", 1.0)],
             &[("friction.position.amplitude", 0.2), ("chamberA.leakage", 1e-10), ("chamberB.leakage", 1e-11)],
             &[("actuation", 3.0), ("valve.hysteresis", 0.0)],
+            &[("actuation", 4.0), ("sensor.force.lag", 1e-3)],
+            &[("actuation", 5.0), ("hoseA.length", 1.0)],
             &[("motion", 2.0), ("sensor.force.lag", 1e-3)],
             &[("motion", 2.0), ("coupling.compliance", 1e-5), ("coupling.damping", 20.0)],
         ];

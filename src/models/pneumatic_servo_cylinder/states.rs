@@ -4,7 +4,7 @@ use super::motion::Imposed;
 use super::parameters::Parameters;
 use super::{lines, sensors};
 use crate::friction::MAX_STATES;
-use crate::pneumatics::actuator::{self, STATES, SUPPLY, VOLTAGE};
+use crate::pneumatics::actuator::{self, Commands, STATES, SUPPLY, VOLTAGE, VOLTAGE_A, VOLTAGE_B};
 use crate::variables::{Variable, units};
 use crate::{inputs, states};
 
@@ -14,6 +14,14 @@ pub const FORCE: u32 = 2;
 pub const IMPOSED_POSITION: u32 = 4;
 /// Value reference of the imposed velocity.
 pub const IMPOSED_VELOCITY: u32 = 5;
+
+/// The command of an actuator for one chamber.
+fn voltage_of(reference: u32, chamber: &str) -> Variable {
+    let voltage = Variable::input(reference, &format!("valveVoltage{chamber}"), units::VOLT, 5.0).nominal(5.0);
+    voltage.text(&format!(
+        "With actuation = TwoValves or TwoRegulators: command of the valve of chamber {chamber}, which is closed at 5 V, feeds above and vents below, or of its regulator"
+    ))
+}
 
 /// How many inputs equations without options read.
 pub(super) const FEW: usize = 3;
@@ -34,16 +42,25 @@ impl<S: Copy + Default> Inputs<S> {
         Imposed { position: self.imposed_position, velocity: self.imposed_velocity }
     }
 
+    /// What commands the actuator.
+    #[inline(always)]
+    pub(super) fn commands(&self) -> Commands<S> {
+        Commands { voltage: self.valve_voltage, voltage_a: self.voltage_a, voltage_b: self.voltage_b }
+    }
+
     /// The same in other numbers.
     #[inline(always)]
     pub(super) fn map<T: Copy>(self, number: impl Fn(S) -> T) -> Inputs<T> {
-        let Self { valve_voltage, external_force, supply_pressure, imposed_position, imposed_velocity } = self;
+        let Self { valve_voltage, external_force, supply_pressure, .. } = self;
+        let Self { imposed_position, imposed_velocity, voltage_a, voltage_b, .. } = self;
         Inputs {
             valve_voltage: number(valve_voltage),
             external_force: number(external_force),
             supply_pressure: number(supply_pressure),
             imposed_position: number(imposed_position),
             imposed_velocity: number(imposed_velocity),
+            voltage_a: number(voltage_a),
+            voltage_b: number(voltage_b),
         }
     }
 }
@@ -61,6 +78,8 @@ inputs! {
             .text("With motion = Imposed: position of the carriage, or of the far end of the coupling; the motion starts here. Held: that at the beginning of a communication step; with a derivative: that of each instant");
         imposed_velocity = Variable::input(IMPOSED_VELOCITY, "imposedVelocity", units::METRE_PER_SECOND, 0.0).nominal(0.1).shown_in("mm/s")
             .text("With motion = Imposed: velocity of the carriage, or of the far end of the coupling; 0 throughout: the position is reached at the end of each communication step");
+        voltage_a = voltage_of(VOLTAGE_A, "A");
+        voltage_b = voltage_of(VOLTAGE_B, "B");
     }
 }
 

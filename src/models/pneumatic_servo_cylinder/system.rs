@@ -78,7 +78,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool, const U: usize> System<
             let states = self.lines.start([x[PRESSURE_A], x[PRESSURE_B]], u.supply_pressure);
             self.put_lines(&states, &mut x);
         }
-        let (states, actuator) = self.actuator.start(u.valve_voltage);
+        let (states, actuator) = self.actuator.start(u.commands());
         x[..STATES].copy_from_slice(&states);
         let rate = if self.is_led() { u.imposed_velocity } else { State::Velocity.get(&x) };
         let motion = motion::Memory::new(rate);
@@ -212,7 +212,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool, const U: usize> System<
         memory: &mut MemoryOf<L, A, S>,
     ) -> bool {
         let u = &Inputs::of(u);
-        self.actuator.follow(u.valve_voltage, &mut memory.actuator);
+        self.actuator.follow(u.commands(), &mut memory.actuator);
         // The velocity is worked out only for a law that asks for it.
         if !self.friction.follows() {
             return false;
@@ -271,7 +271,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool, const U: usize> System<
             let next = self.next_change(memory);
             if self.actuator.next_sample::<S>(&memory.actuator) == next {
                 let mut states = of_actuator(x);
-                self.actuator.sample(&mut states, Inputs::of(u).valve_voltage, &mut memory.actuator);
+                self.actuator.sample(&mut states, Inputs::of(u).commands(), &mut memory.actuator);
                 x[..STATES].copy_from_slice(&states);
                 return;
             }
@@ -442,7 +442,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool, const U: usize> System<
         if !self.is_free() || !act_on_actuator_alone(inputs) {
             return false;
         }
-        let rates = self.actuator.rates(of_actuator(x), Inputs::of(inputs[1]).valve_voltage, &memory.actuator);
+        let rates = self.actuator.rates(of_actuator(x), Inputs::of(inputs[1]).commands(), &memory.actuator);
         derivatives[..STATES].copy_from_slice(&rates);
         true
     }
@@ -470,7 +470,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool, const U: usize> System<
         let [u, u_end] = u.map(Inputs::of);
         let states = [of_actuator(x), of_actuator(end)];
         self.piece(x, &u) == self.piece(end, &u_end)
-            && self.actuator.stays_in_piece::<S>(states, u.valve_voltage, &memory.actuator, step)
+            && self.actuator.stays_in_piece::<S>(states, u.commands(), &memory.actuator, step)
     }
 
     fn stride<S: Varying>(&self, size: f64) -> Stride<S> {
@@ -484,8 +484,8 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool, const U: usize> System<
         memory: &MemoryOf<L, A, S>,
         stride: &Stride<S>,
     ) -> Led<[S; N]> {
-        let voltage = Inputs::of(u).valve_voltage;
-        let Led { middle, end, bend } = self.actuator.later(of_actuator(x), voltage, &memory.actuator, stride);
+        let commands = Inputs::of(u).commands();
+        let Led { middle, end, bend } = self.actuator.later(of_actuator(x), commands, &memory.actuator, stride);
         let placed = |own: [S; STATES]| {
             let mut all = [S::zero(); N];
             all[..STATES].copy_from_slice(&own);

@@ -2,7 +2,7 @@
 
 mod pulses;
 
-use super::actuating::{Actuating, Ports, STATES, SUPPLY};
+use super::actuating::{Actuating, Commands, Ports, STATES, SUPPLY};
 use super::gas::GasState;
 use super::orifice::{Inflow, edge_pieces};
 use super::valve::{Edges, Port};
@@ -129,11 +129,16 @@ impl Actuating for SwitchingValves {
         [1.0; STATES]
     }
 
-    fn start<S: Varying>(&self, _voltage: S) -> ([S; STATES], Memory<S>) {
+    fn start<S: Varying>(&self, _commands: Commands<S>) -> ([S; STATES], Memory<S>) {
         ([S::zero(); STATES], Memory::default())
     }
 
-    fn rates<S: Scalar>(&self, _openings: [S; STATES], _voltage: S, memory: &Memory<S::Held>) -> [S; STATES] {
+    fn rates<S: Scalar>(
+        &self,
+        _openings: [S; STATES],
+        _commands: Commands<S>,
+        memory: &Memory<S::Held>,
+    ) -> [S; STATES] {
         self.driver.rates(memory).map(S::along)
     }
 
@@ -141,7 +146,7 @@ impl Actuating for SwitchingValves {
     fn later<S: Varying>(
         &self,
         openings: [S; STATES],
-        _voltage: S,
+        _commands: Commands<S>,
         memory: &Memory<S>,
         stride: &Stride<S>,
     ) -> Led<[S; STATES]> {
@@ -162,8 +167,8 @@ impl Actuating for SwitchingValves {
         self.driver.next(memory)
     }
 
-    fn sample<S: Varying>(&self, openings: &mut [S; STATES], voltage: S, memory: &mut Memory<S>) {
-        let duty = ((voltage - 5.0) / 5.0).clamp(S::of(-1.0), S::of(1.0));
+    fn sample<S: Varying>(&self, openings: &mut [S; STATES], commands: Commands<S>, memory: &mut Memory<S>) {
+        let duty = ((commands.voltage - 5.0) / 5.0).clamp(S::of(-1.0), S::of(1.0));
         self.driver.happen(openings, duty, memory);
     }
 
@@ -184,8 +189,14 @@ impl Actuating for SwitchingValves {
         self.edges.flow(Pair(openings), supply, gas).mass
     }
 
-    fn write<S: Scalar>(&self, openings: [S; STATES], voltage: S, memory: &Memory<S::Held>, slots: &mut [S]) {
-        let ([opening_a, opening_b], [rate_a, rate_b]) = (openings, self.rates(openings, voltage, memory));
+    fn write<S: Scalar>(
+        &self,
+        openings: [S; STATES],
+        commands: Commands<S>,
+        memory: &Memory<S::Held>,
+        slots: &mut [S],
+    ) {
+        let ([opening_a, opening_b], [rate_a, rate_b]) = (openings, self.rates(openings, commands, memory));
         Outputs { opening_a, opening_b, rate_a, rate_b, duty: S::held(memory.duty()) }.write(slots);
     }
 
@@ -205,7 +216,8 @@ mod tests {
         let valves = SwitchingValves::new(Parameters::read(&starts).expect("legal")).expect("legal");
         for (voltage, fits) in [(7.0, true), (f64::NAN, false)] {
             let mut memory = Memory::default();
-            valves.sample(&mut [Real::of(0.0); STATES], Real::of(voltage), &mut memory);
+            let commands = Commands::all(Real::of(voltage));
+            valves.sample(&mut [Real::of(0.0); STATES], commands, &mut memory);
             assert_eq!(valves.fits(&memory), fits, "{voltage} V");
         }
     }

@@ -5,7 +5,7 @@ mod parameters;
 
 use std::f64::consts::{PI, TAU};
 
-use super::actuating::{Actuating, BEND_WEIGHT, Ports, SHORT, STATES, SUPPLY, VOLTAGE, simpson_middle};
+use super::actuating::{Actuating, BEND_WEIGHT, Commands, Ports, SHORT, STATES, SUPPLY, VOLTAGE, simpson_middle};
 use super::gas::GasState;
 use super::orifice::{Inflow, edge_pieces};
 use crate::numbers::{Pair, Real, Scalar, Tangent, Varying};
@@ -232,12 +232,18 @@ impl Actuating for ProportionalValve {
         [ALLOWANCE * self.bandwidth, ALLOWANCE]
     }
 
-    fn start<S: Varying>(&self, voltage: S) -> ([S; STATES], S) {
-        ([S::zero(); STATES], self.valve.initial_play(self.valve.command(voltage)))
+    fn start<S: Varying>(&self, commands: Commands<S>) -> ([S; STATES], S) {
+        ([S::zero(); STATES], self.valve.initial_play(self.valve.command(commands.voltage)))
     }
 
-    fn rates<S: Scalar>(&self, [velocity, spool]: [S; STATES], voltage: S, set_point: &S::Held) -> [S; STATES] {
-        [self.valve.spool.acceleration(self.set_point(voltage, S::held(*set_point)), spool, velocity), velocity]
+    fn rates<S: Scalar>(
+        &self,
+        [velocity, spool]: [S; STATES],
+        commands: Commands<S>,
+        set_point: &S::Held,
+    ) -> [S; STATES] {
+        let set_point = self.set_point(commands.voltage, S::held(*set_point));
+        [self.valve.spool.acceleration(set_point, spool, velocity), velocity]
     }
 
     fn half<S: Varying>(&self, step: f64) -> [[S; STATES]; STATES] {
@@ -248,7 +254,7 @@ impl Actuating for ProportionalValve {
     fn later<S: Varying>(
         &self,
         states: [S; STATES],
-        _voltage: S,
+        _commands: Commands<S>,
         set_point: &S,
         stride: &Stride<S>,
     ) -> Led<[S; STATES]> {
@@ -257,12 +263,12 @@ impl Actuating for ProportionalValve {
         Led { bend: [S::zero(), spool * BEND_WEIGHT], ..led }
     }
 
-    fn follow<S: Varying>(&self, voltage: S, set_point: &mut S) {
-        let followed = self.set_point(voltage, *set_point);
+    fn follow<S: Varying>(&self, commands: Commands<S>, set_point: &mut S) {
+        let followed = self.set_point(commands.voltage, *set_point);
         let has_play = self.valve.hysteresis.is_used();
         let rests = has_play && followed.value() == set_point.value();
         // At an end of its range more of the voltage moves nothing, and nor does less where the play rests.
-        let command = self.valve.unlimited(voltage);
+        let command = self.valve.unlimited(commands.voltage);
         let is_at_end = command.value().abs() == 1.0 && command.slope() != 0.0;
         *set_point = match (rests, is_at_end) {
             (true, true) => *set_point,
@@ -293,12 +299,18 @@ impl Actuating for ProportionalValve {
     /// Between two zeros of its velocity the spool moves one way. Where it turns within a step, it goes no further from its
     /// set point than its energy allows.
     #[inline(always)]
-    fn stays_in_piece<S: Varying>(&self, ends: [[f64; STATES]; 2], voltage: f64, set_point: &S, step: f64) -> bool {
+    fn stays_in_piece<S: Varying>(
+        &self,
+        ends: [[f64; STATES]; 2],
+        commands: Commands<f64>,
+        set_point: &S,
+        step: f64,
+    ) -> bool {
         let [[velocity, spool], [end_velocity, _]] = ends;
         if velocity * end_velocity > 0.0 && step < self.valve.spool.shortest_way() {
             return true;
         }
-        let set_point = self.set_point(Real::of(voltage), Real::of(set_point.value())).value;
+        let set_point = self.set_point(Real::of(commands.voltage), Real::of(set_point.value())).value;
         let reach = self.valve.spool.reach(set_point - spool, velocity);
         [-reach, reach].iter().all(|far| self.opening.piece(set_point + far) == self.opening.piece(spool))
     }
@@ -308,10 +320,10 @@ impl Actuating for ProportionalValve {
         self.supply.flow(self.opening.at(spool), supply, gas).mass
     }
 
-    fn write<S: Scalar>(&self, states: [S; STATES], voltage: S, set_point: &S::Held, slots: &mut [S]) {
+    fn write<S: Scalar>(&self, states: [S; STATES], commands: Commands<S>, set_point: &S::Held, slots: &mut [S]) {
         let [spool_velocity, spool] = states;
-        let [spool_acceleration, _] = self.rates(states, voltage, set_point);
-        let command = self.set_point(voltage, S::held(*set_point));
+        let [spool_acceleration, _] = self.rates(states, commands, set_point);
+        let command = self.set_point(commands.voltage, S::held(*set_point));
         Outputs { spool, spool_velocity, spool_acceleration, valve_command: command }.write(slots);
     }
 
@@ -429,7 +441,11 @@ mod tests {
             assert!(end[1] < edge);
             let voltage = 5.0 + 5.0 * set_point;
             let memory = valve.set_point(Real::of(voltage), Real::of(0.0));
-            assert_eq!(valve.stays_in_piece([[0.0; 2], end], voltage, &memory, 0.02), stays, "{set_point}");
+            assert_eq!(
+                valve.stays_in_piece([[0.0; 2], end], Commands::all(voltage), &memory, 0.02),
+                stays,
+                "{set_point}"
+            );
         }
     }
 
@@ -443,11 +459,17 @@ mod tests {
         let after = |time: f64| later(&valve.valve.spool, start, 0.0, time).end;
         let [end_velocity, end] = after(period);
         assert!(after(0.25 * period)[1] > edge && end_velocity > 0.0 && end.abs() < edge);
-        assert!(!valve.stays_in_piece([start, after(period)], 5.0, &Real::of(0.0), period));
-        let [short, long] = [0.0049, 0.0051].map(|step| valve.stays_in_piece([start; 2], 5.0, &Real::of(0.0), step));
+        assert!(!valve.stays_in_piece([start, after(period)], Commands::all(5.0), &Real::of(0.0), period));
+        let [short, long] =
+            [0.0049, 0.0051].map(|step| valve.stays_in_piece([start; 2], Commands::all(5.0), &Real::of(0.0), step));
         assert!(short && !long, "half a period is 5 ms");
         assert!(
-            !valve.stays_in_piece([start, [0.0, after(0.25 * period)[1]]], 5.0, &Real::of(0.0), 0.25 * period),
+            !valve.stays_in_piece(
+                [start, [0.0, after(0.25 * period)[1]]],
+                Commands::all(5.0),
+                &Real::of(0.0),
+                0.25 * period
+            ),
             "at its end"
         );
     }
@@ -459,7 +481,8 @@ mod tests {
         let (start, step) = ([0.0, -0.3], 1.0 / valve.bandwidth);
         let later = |size: f64| {
             let stride = Stride { size, half: valve.half(size) };
-            let Led { middle, end, bend } = valve.later(Real::all(&start), Real::of(5.0), &Real::of(0.2), &stride);
+            let Led { middle, end, bend } =
+                valve.later(Real::all(&start), Commands::all(Real::of(5.0)), &Real::of(0.2), &stride);
             Led { middle: values(middle), end: values(end), bend: values(bend) }
         };
         let (whole, [_, truth]) = (later(step), later(0.5 * step).end);

@@ -1,7 +1,7 @@
 //! The valves, their lag and what they let through.
 
 use pneumatic_servo::numbers::Pair;
-use pneumatic_servo::pneumatics::actuator::{Ports, STATES, SUPPLY, VOLTAGE};
+use pneumatic_servo::pneumatics::actuator::{Commands, Ports, STATES, SUPPLY, VOLTAGE};
 use pneumatic_servo::pneumatics::gas::GasState;
 use pneumatic_servo::pneumatics::orifice::{Inflow, Orifice, edge_pieces, is_above};
 use pneumatic_servo::prelude::*;
@@ -50,7 +50,7 @@ pub struct ValvePair {
 }
 
 impl ValvePair {
-    fn commands<S: Scalar>(voltage: S) -> [S; STATES] {
+    fn openings<S: Scalar>(voltage: S) -> [S; STATES] {
         let command = ((voltage - 5.0) / 5.0).clamp(S::constant(-1.0), S::constant(1.0));
         [command, -command]
     }
@@ -92,12 +92,12 @@ impl Actuating for ValvePair {
         [1.0; STATES]
     }
 
-    fn start<S: Varying>(&self, _voltage: S) -> ([S; STATES], ()) {
+    fn start<S: Varying>(&self, _commands: Commands<S>) -> ([S; STATES], ()) {
         ([S::zero(); STATES], ())
     }
 
-    fn rates<S: Scalar>(&self, [a, b]: [S; STATES], voltage: S, _memory: &()) -> [S; STATES] {
-        let [to_a, to_b] = Self::commands(voltage);
+    fn rates<S: Scalar>(&self, [a, b]: [S; STATES], commands: Commands<S>, _memory: &()) -> [S; STATES] {
+        let [to_a, to_b] = Self::openings(commands.voltage);
         [(to_a - a) / self.time_constant, (to_b - b) / self.time_constant]
     }
 
@@ -106,10 +106,16 @@ impl Actuating for ValvePair {
         [[left, S::zero()], [S::zero(), left]]
     }
 
-    fn later<S: Varying>(&self, spools: [S; STATES], voltage: S, _memory: &(), stride: &Stride<S>) -> Led<[S; STATES]> {
-        let commands = Self::commands(voltage);
+    fn later<S: Varying>(
+        &self,
+        spools: [S; STATES],
+        commands: Commands<S>,
+        _memory: &(),
+        stride: &Stride<S>,
+    ) -> Led<[S; STATES]> {
+        let openings = Self::openings(commands.voltage);
         let left = stride.half[0][0];
-        let towards = |left: S| [0, 1].map(|side| commands[side] + (spools[side] - commands[side]) * left);
+        let towards = |left: S| [0, 1].map(|side| openings[side] + (spools[side] - openings[side]) * left);
         Led { middle: towards(left), end: towards(left * left), bend: [S::zero(); STATES] }
     }
 
@@ -128,8 +134,8 @@ impl Actuating for ValvePair {
             + is_above(Pair(Real::all(&spools)), Pair::zero()) * 16.0
     }
 
-    fn write<S: Scalar>(&self, spools: [S; STATES], voltage: S, memory: &(), slots: &mut [S]) {
-        let ([spool_a, spool_b], [rate_a, rate_b]) = (spools, self.rates(spools, voltage, memory));
+    fn write<S: Scalar>(&self, spools: [S; STATES], commands: Commands<S>, memory: &(), slots: &mut [S]) {
+        let ([spool_a, spool_b], [rate_a, rate_b]) = (spools, self.rates(spools, commands, memory));
         Outputs { spool_a, spool_b, rate_a, rate_b }.write(slots);
     }
 }
