@@ -43,6 +43,31 @@ fn sliding_friction_differs_by_direction() {
     }
 }
 
+/// A force between friction inwards and friction outwards slows a carriage down that moves outwards, and is too weak to start it
+/// again: with a force difference `D` it comes to rest after `m/s2*ln(1 + s2*v0/D)` at `x0 + m/s2*(v0 - D/s2*ln(1 + s2*v0/D))`.
+#[test]
+fn carriage_that_comes_to_rest_is_held_by_the_friction_of_the_side_it_is_pushed_to() {
+    const MASS_BY_DAMPING: f64 = 0.88 / 30.0;
+    for (law, velocity, push) in [("Coulomb", 0.2, 10.0), ("Karnopp", 0.2, 10.0), ("Coulomb", -0.2, -5.0)] {
+        let rig = Rig::cylinder(law).set("friction.direction.factor", FACTOR).set("velocity0", velocity);
+        let rig = rig.set("chamberA.open", 1.0).set("chamberB.open", 1.0).set("externalForce", push);
+        let rig = rig.set("friction.karnopp.Fs", 8.3).set("friction.karnopp.DV", 1e-9);
+        let mut running = rig.set("cylinder.rodA", 0.006).set("solver.relativeTolerance", 1e-9).start().unwrap();
+        let level = if velocity > 0.0 { FACTOR } else { 1.0 };
+        let by_damping = (level * 8.3 - f64::abs(push)) / 30.0;
+        let share = (f64::abs(velocity) / by_damping).ln_1p();
+        let expected = 0.25 + velocity.signum() * MASS_BY_DAMPING * (f64::abs(velocity) - by_damping * share);
+        running.advance(MASS_BY_DAMPING * share - 1e-4).unwrap();
+        assert_eq!(running.get("sticking"), 0.0, "{law}");
+        for time in [MASS_BY_DAMPING * share + 1e-4, 0.5] {
+            running.advance(time).unwrap();
+            close(running.get("position"), expected, 1e-8, format_args!("m under {law} and {push} N"));
+            assert_eq!(running.get("sticking"), 1.0, "{law} under {push} N");
+        }
+        assert!(running.get("solver.events") < 5.0, "{law}: {} events", running.get("solver.events"));
+    }
+}
+
 /// With two equal rods a cylinder with an open chamber A is the mirror image of one with an open chamber B.
 #[test]
 fn pulling_cylinder_is_the_mirror_image_of_a_pushing_one() {

@@ -125,7 +125,8 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
             longest_coupled,
             friction,
             per_mass: 1.0 / p.moving_mass,
-            dead_load: p.wire_force + if guidance == Guidance::Rigid { Tangent::still(0.0) } else { p.moving_mass * slope },
+            dead_load: p.wire_force
+                + if guidance == Guidance::Rigid { Tangent::still(0.0) } else { p.moving_mass * slope },
             carriage_weight: p.carriage_mass * slope,
             p,
             options,

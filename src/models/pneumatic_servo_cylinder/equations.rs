@@ -211,17 +211,25 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
         if self.is_led() {
             (velocity, applied) = (rate, Trend::applied(motion.trend.sign, self.friction.law(), rate, applied));
         }
-        self.contact_under(time, x, velocity, applied)
+        self.contact_under(time, x, [velocity, rate], applied)
     }
 
-    /// The contact at a velocity under an applied force.
+    /// The contact at a velocity, the state, of a carriage that moves at a rate, which is 0 while it is held, under an applied force.
     #[inline(always)]
-    fn contact_under<S: Scalar>(&self, time: S, x: &[S], velocity: S, applied: S) -> Contact<S> {
-        let mut level = self.load_level(x);
-        if EXTENDED && (self.options.direction_factor != 1.0 || self.options.direction_factor.slope != 0.0) {
-            level = level * self.options.directed_level(velocity.value(), applied.value());
-        }
+    fn contact_under<S: Scalar>(&self, time: S, x: &[S], [velocity, rate]: [S; 2], applied: S) -> Contact<S> {
+        let level = self.directed_level(x, rate, applied);
         Contact { time, position: State::Position.get(x), velocity, applied, level, drive: self.friction.drive() }
+    }
+
+    /// Load level of a carriage that moves at a rate in m/s, or at rest is pushed by an applied force in N.
+    #[inline(always)]
+    pub(super) fn directed_level<S: Scalar>(&self, x: &[S], rate: S, applied: S) -> S {
+        let level = self.load_level(x);
+        let factor = self.options.direction_factor;
+        if EXTENDED && (factor != 1.0 || factor.slope != 0.0) {
+            return level * self.options.directed_level(rate.value(), applied.value());
+        }
+        level
     }
 
     /// The least and the largest friction force in N that a carriage can ask for which moves as imposed: a range where a
@@ -240,8 +248,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
             return [friction.force; 2];
         }
         [-OVERWHELMING, OVERWHELMING].map(|applied| {
-            let pushed = self.contact_under(contact.time, x, S::zero(), S::constant(applied));
-            let pushed = Contact { velocity: contact.velocity, ..pushed };
+            let pushed = self.contact_under(contact.time, x, [contact.velocity, S::zero()], S::constant(applied));
             self.friction.force(&pushed, x, &memory.friction, &mut [S::zero(); MOST])
         })
     }

@@ -310,8 +310,7 @@ mod couplings {
                 change.map_or_else(|| variable.start.expect("a start value"), |(_, value)| *value)
             })
             .collect();
-        let start =
-            Start { time: 0.0, parameters: &parameters, inputs: &INPUTS, tolerance: None, seeds: Seeds::NONE };
+        let start = Start { time: 0.0, parameters: &parameters, inputs: &INPUTS, tolerance: None, seeds: Seeds::NONE };
         build::<Extended, ALL>(&start).unwrap_or_else(|error| panic!("{changes:?}: {error}")).0
     }
 

@@ -135,7 +135,9 @@ impl Guidance {
     pub fn longest(self, mass: f64) -> LongestSteps {
         match self {
             Self::Free | Self::Rigid => LongestSteps::UNLIMITED,
-            Self::Compliant { stiffness, damping } => LongestSteps::of_swing((stiffness.value / mass).sqrt(), damping.value / mass),
+            Self::Compliant { stiffness, damping } => {
+                LongestSteps::of_swing((stiffness.value / mass).sqrt(), damping.value / mass)
+            }
         }
     }
 

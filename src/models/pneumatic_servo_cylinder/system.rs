@@ -9,7 +9,7 @@ use super::parameters::Parameters;
 use super::sensors::{self, Sensors};
 use super::states::{ALL, Inputs, PRESSURE_A, PRESSURE_B, State, TEMPERATURE_A, TEMPERATURE_B, of_actuator};
 use super::variables::{self, Outputs};
-use crate::friction::{Event, FrictionLaw, Indicators};
+use crate::friction::{Event, FrictionLaw, Indicators, Stiction};
 use crate::numbers::{Number, Pair, Real, Scalar, Varying};
 use crate::pneumatics::actuator::{Actuating, STATES};
 use crate::pneumatics::{gas, orifice};
@@ -199,9 +199,13 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool, const U: usize> System<
         u: &[S; U],
         memory: &mut MemoryOf<L, A, S>,
     ) {
-        let u = &Inputs::of(u);
-        let contact = self.contact(time, x, u, self.rate(time, x, u, memory), &memory.motion);
-        self.friction.switch(Event::ALL[event], &contact, State::Velocity.at(N), x, &mut memory.friction);
+        let (u, event) = (&Inputs::of(u), Event::ALL[event]);
+        let mut contact = self.contact(time, x, u, self.rate(time, x, u, memory), &memory.motion);
+        // A stop is found just beyond velocity zero; what the contact holds there depends on the side that it is pushed to.
+        if EXTENDED && event == Event::Stop && self.friction.law().stiction() == Stiction::Exact {
+            contact.level = self.directed_level(x, S::zero(), contact.applied);
+        }
+        self.friction.switch(event, &contact, State::Velocity.at(N), x, &mut memory.friction);
     }
 
     fn follow<S: Varying, const N: usize>(
