@@ -36,10 +36,13 @@ pub fn variable(name: &str) -> &'static Variable {
     variables(|variable| variable.name == name).first().unwrap_or_else(|| panic!("{name} is no variable"))
 }
 
-/// The start values of the inputs.
+/// The start values of the inputs that a cylinder without options reads.
+///
+/// # Panics
+/// When one of them has none.
 pub fn inputs() -> [f64; 3] {
-    let starts: Vec<f64> = variables(|it| it.role == Role::Input).iter().filter_map(|it| it.start).collect();
-    starts.try_into().expect("three inputs")
+    let inputs = variables(|it| it.role == Role::Input);
+    std::array::from_fn(|place| inputs[place].start.expect("a start value"))
 }
 
 impl Case {
