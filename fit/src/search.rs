@@ -188,6 +188,8 @@ struct Objective<'a> {
     attempts: Cell<usize>,
     /// The cost at the last Jacobian.
     from: Cell<f64>,
+    /// Whether vectors are steps: the solver may first move a start off its bounds, by less than what ends a search.
+    is_begun: Cell<bool>,
 }
 
 impl<'a> Objective<'a> {
@@ -215,6 +217,7 @@ impl<'a> Objective<'a> {
             tried: Cell::new(0),
             attempts: Cell::new(0),
             from: Cell::new(f64::INFINITY),
+            is_begun: Cell::new(false),
         };
         let first = objective.at(&x)?;
         let slopes = objective.slopes_at(&first)?;
@@ -272,7 +275,8 @@ impl<'a> Objective<'a> {
         costs.push(cost.min(least));
         // A step that was shortened may gain little though a longer one would not.
         let gained = self.from.get() - cost;
-        if self.tried.get() == 1 && gained >= 0.0 && gained < self.effort.cost * self.from.get() {
+        if self.is_begun.get() && self.tried.get() == 1 && gained >= 0.0 && gained < self.effort.cost * self.from.get()
+        {
             return Err(Stop::Settled);
         }
         let is_stalled = costs.len() > LOOKED && cost.min(least) > (1.0 - GAINED) * costs[costs.len() - 1 - LOOKED];
@@ -424,6 +428,7 @@ where
     let solver = TrustRegionReflective::new().with_absolute_scaled_gradient_tolerance(FLAT);
     let mut solver = solver.with_initial_radius(radius);
     let mut state = solver.init(&mut problem, PointState::new(begin)).map_err(|_| Interrupted)?;
+    objective(problem.inner()).is_begun.set(true);
     loop {
         let (y, before) = (state.param().clone(), state.cost());
         let own = |problem: &basin::Problem<P>, y: &[f64]| objective(problem.inner()).outer(y);

@@ -206,6 +206,18 @@ fn a_start_at_zero_is_left() {
     }
 }
 
+/// The solver moves a start off its bound before the first step: that ends no search.
+#[test]
+fn a_start_at_a_bound_is_searched_from() {
+    let parameters = [Parameter { bounds: [0.0, 10.0], ..linear("slope", 0.0) }];
+    for truth in [0.0, 3.0] {
+        let curve = Curve::new(|time: f64, values: &[f64]| values[0] * time, &parameters, &[truth], &[0.0], 1);
+        let problem = curve.problem(0);
+        let found = refine(&problem, &problem.start(), Loss::Linear, ROUGH, &Unwatched).expect("nobody interrupts");
+        assert!((found.x[0] - truth).abs() < 0.01, "{found:?}");
+    }
+}
+
 /// A valley that winds: each step leads a little farther along it, and the end is far away.
 #[test]
 fn a_rough_search_gives_up_where_steps_gain_little() {
