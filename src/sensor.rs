@@ -86,7 +86,7 @@ impl Sensor {
         };
         [
             own(0, "offset").range(-most, most).text("Error of the sensor at any value"),
-            time(1, "lag").text("Time constant of the sensor, first order; 0: none"),
+            time(1, "lag").absent_at_zero().text("Time constant of the sensor, first order; 0: none"),
             own(2, "noise").text("Standard deviation of the noise of a sample; needs a sample time"),
             own(3, "resolution").text("Step of the readings; 0: none; needs a sample time"),
             time(4, "sampleTime")

@@ -189,6 +189,15 @@ fn names_of_no_direction_are_refused() {
         ),
         (&["valve.C", "position", "valve.C"], "there are no sensitivities with respect to valve.C: it is given twice"),
         (&["time"], "there are no sensitivities with respect to time: it is the time"),
+        (&["hoseA.length"], "there are no sensitivities with respect to hoseA.length: it is 0, which stands for none"),
+        (
+            &["supply.volume"],
+            "there are no sensitivities with respect to supply.volume: it is 0, which stands for none",
+        ),
+        (
+            &["sensor.position.lag"],
+            "there are no sensitivities with respect to sensor.position.lag: it is 0, which stands for none",
+        ),
     ] {
         let found = plant.carry_sensitivities(names).expect_err("refused").to_string();
         assert!(found.starts_with(expected), "{found}");

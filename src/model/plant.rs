@@ -19,7 +19,7 @@ use crate::variables::{SettingError, Value, find};
 pub struct Plant {
     model: &'static Model,
     pub(super) simulation: Box<dyn Simulation>,
-    parameters: Vec<f64>,
+    pub(super) parameters: Vec<f64>,
     pub(super) inputs: Vec<f64>,
     pub(super) slopes: Vec<f64>,
     /// The computed variables, where they are known for the present states and inputs.
@@ -383,7 +383,7 @@ impl Plant {
     /// [`DirectionError`] for a name of no such variable; none are carried along then.
     pub fn carry_sensitivities(&mut self, names: &[&str]) -> Result<(), DirectionError> {
         self.varied.clear();
-        let along = directions(self.table(), names)?;
+        let along = directions(self.table(), &self.parameters, names)?;
         let has_begun = self.has_begun();
         let mut varied = Vec::with_capacity(along.len());
         for (along, name) in along.into_iter().zip(names) {

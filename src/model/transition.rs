@@ -177,7 +177,7 @@ impl Plant {
     fn columns(&mut self, parameters: &[&str], outputs: &[&str]) -> Result<Columns, TransitionError> {
         let table = self.table();
         let refused = |name: &str, reason| TransitionError::Direction(DirectionError::refused(name, reason));
-        let parameters_along = directions(table, parameters).map_err(TransitionError::Direction)?;
+        let parameters_along = directions(table, &self.parameters, parameters).map_err(TransitionError::Direction)?;
         if let Some(place) = parameters_along.iter().position(|along| !matches!(along, Along::Parameter(_))) {
             return Err(refused(
                 parameters[place],

@@ -44,23 +44,23 @@ impl std::error::Error for DirectionError {
     }
 }
 
-/// The directions of names: parameters, inputs and continuous states.
+/// The directions of names: parameters with values, inputs and continuous states.
 ///
 /// # Errors
-/// [`DirectionError`] for the first name that is none of these, stands for a choice or a count or a setting of the solver, or
-/// comes twice.
-pub fn directions(table: &Table, names: &[&str]) -> Result<Vec<Along>, DirectionError> {
+/// [`DirectionError`] for the first name that is none of these, stands for a choice or a count or a setting of the solver,
+/// is of a part that is absent, or comes twice.
+pub fn directions(table: &Table, parameters: &[f64], names: &[&str]) -> Result<Vec<Along>, DirectionError> {
     let of = |(index, name): (usize, &&str)| {
         if names[..index].contains(name) {
             return Err(DirectionError::refused(name, "it is given twice"));
         }
         let entry = find(table, name).map_err(DirectionError::Unknown)?;
-        along(&entry).map_err(|reason| DirectionError::refused(name, reason))
+        along(&entry, parameters).map_err(|reason| DirectionError::refused(name, reason))
     };
     names.iter().enumerate().map(of).collect()
 }
 
-fn along(entry: &Entry) -> Result<Along, &'static str> {
+fn along(entry: &Entry, parameters: &[f64]) -> Result<Along, &'static str> {
     match (entry.place, entry.state, entry.variable.kind) {
         (Place::Time, ..) => Err("it is the time"),
         (Place::Computed(_), Some(state), _) => Ok(Along::State(state)),
@@ -76,6 +76,9 @@ fn along(entry: &Entry) -> Result<Along, &'static str> {
         }
         (Place::Parameter(_), _, Kind::Real(_)) if !entry.variable.varies => {
             Err("the equations hold it as a plain `f64`; declare its field as `Fixed` or `Tunable`")
+        }
+        (Place::Parameter(place), _, Kind::Real(_)) if entry.variable.absent_at_zero && parameters[place] == 0.0 => {
+            Err("it is 0, which stands for none, and a little of it is another system")
         }
         (Place::Parameter(place), _, Kind::Real(_)) => Ok(Along::Parameter(place)),
         (Place::Input(place), _, Kind::Real(_)) => Ok(Along::Input(place)),

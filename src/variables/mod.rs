@@ -142,6 +142,8 @@ pub struct Variable {
     pub meaning: Option<Meaning>,
     /// Whether equations hold a parameter as a number that they can be differentiated by.
     pub varies: bool,
+    /// Whether 0 stands for the absence of a part, which no small value comes near.
+    pub absent_at_zero: bool,
 }
 
 impl Variable {
@@ -164,6 +166,7 @@ impl Variable {
             counts_for: None,
             meaning: None,
             varies: true,
+            absent_at_zero: false,
         }
     }
 
@@ -272,6 +275,11 @@ impl Variable {
     /// States the order of magnitude.
     pub fn nominal(self, nominal: f64) -> Self {
         Self { nominal: Some(nominal), ..self }
+    }
+
+    /// Says that 0 stands for the absence of a part: there is no slope by it there.
+    pub fn absent_at_zero(self) -> Self {
+        Self { absent_at_zero: true, ..self }
     }
 
     /// Suggests a display unit.

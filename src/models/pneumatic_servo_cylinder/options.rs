@@ -52,7 +52,7 @@ parameters! {
             .text("Length of the end cushions at both ends of the stroke, at most the stroke; 0: none. They need hoses at both chambers");
         cushion_conductance: Fixed = Variable::parameter(1220, "cushion.C", units::CUBIC_METRE_PER_SECOND_PASCAL, 2e-10).range(1e-14, 1e-5).shown_in("dm3/(s.bar)")
             .text("Sonic conductance by which air leaves a chamber through its cushion");
-        vessel_volume: Fixed = Variable::parameter(1221, "supply.volume", units::CUBIC_METRE, 0.0).range(0.0, 100.0).nominal(1e-3).shown_in("cm3")
+        vessel_volume: Fixed = Variable::parameter(1221, "supply.volume", units::CUBIC_METRE, 0.0).range(0.0, 100.0).nominal(1e-3).absent_at_zero().shown_in("cm3")
             .text("Volume of a vessel between the supply and the valve, at the temperature of the supply; 0: none");
         vessel_conductance: Fixed = Variable::parameter(1222, "supply.C", units::CUBIC_METRE_PER_SECOND_PASCAL, 1e-8).range(1e-13, 1e-5).shown_in("dm3/(s.bar)")
             .text("Sonic conductance between the supply and the vessel");
@@ -68,7 +68,7 @@ parameters! {
             .text("Load level of a carriage that moves outwards, or is pushed outwards at rest, relative to that inwards");
         motion: Motion = Variable::choice(1230, "motion", Motion::Free)
             .text("What moves the carriage: forces, or a multibody tool by imposedPosition and imposedVelocity");
-        compliance: Fixed = Variable::parameter(1231, "coupling.compliance", units::METRE_PER_NEWTON, 0.0).range(0.0, 1.0).nominal(1e-6).shown_in("um/N")
+        compliance: Fixed = Variable::parameter(1231, "coupling.compliance", units::METRE_PER_NEWTON, 0.0).range(0.0, 1.0).nominal(1e-6).absent_at_zero().shown_in("um/N")
             .text("Compliance of a spring between the carriage and the imposed motion; 0: the carriage moves as imposed. It needs motion = Imposed");
         coupling_damping: Fixed = Variable::parameter(1232, "coupling.damping", units::NEWTON_SECOND_PER_METRE, 0.0).range(0.0, 1e8).nominal(100.0)
             .text("Damping beside that spring. It needs coupling.compliance");
@@ -78,7 +78,7 @@ parameters! {
 }
 
 fn hose_length(reference: u32, chamber: &str) -> Variable {
-    Variable::parameter(reference, &format!("hose{chamber}.length"), units::METRE, 0.0).range(0.0, 100.0).nominal(1.0).text(
+    Variable::parameter(reference, &format!("hose{chamber}.length"), units::METRE, 0.0).range(0.0, 100.0).nominal(1.0).absent_at_zero().text(
         &format!(
             "Length of the hose between the valve and chamber {chamber}, beyond chamber{chamber}.deadVolume; 0: none, else at least 0.1 mm"
         ),
@@ -105,6 +105,7 @@ fn throttle(reference: u32, chamber: &str) -> Variable {
     Variable::parameter(reference, &format!("throttle{chamber}.C"), units::CUBIC_METRE_PER_SECOND_PASCAL, 0.0)
         .range(0.0, 1e-5)
         .nominal(2e-9)
+        .absent_at_zero()
         .shown_in("dm3/(s.bar)")
         .text(&format!("Sonic conductance of a one-way flow control between hose and chamber {chamber}; 0: none. It needs hose{chamber}.length"))
 }

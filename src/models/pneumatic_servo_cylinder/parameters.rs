@@ -27,7 +27,7 @@ parameters! {
             .text("Initial absolute pressure in chamber A");
         pressure0_b: Fixed = Variable::parameter(1009, "chamberB.pressure0", units::PASCAL, 101_325.0).range(1e3, 1e8).shown_in("bar")
             .text("Initial absolute pressure in chamber B");
-        tank_volume: Fixed = Variable::parameter(1010, "chamberB.tankVolume", units::CUBIC_METRE, 0.0).range(0.0, 1.0).shown_in("cm3")
+        tank_volume: Fixed = Variable::parameter(1010, "chamberB.tankVolume", units::CUBIC_METRE, 0.0).range(0.0, 1.0).absent_at_zero().shown_in("cm3")
             .text("Volume of a tank connected to chamber B, a cylinder twice as long as wide");
         moving_mass: Fixed = Variable::parameter(1011, "mass.moving", units::KILOGRAM, 0.88).range(1e-3, 1e4)
             .text("Moving mass: piston, rod, load cell and carriage");
