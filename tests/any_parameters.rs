@@ -51,6 +51,8 @@ fn drawn(model: &'static Model, law: Option<i32>, seed: &mut u64) -> Setup {
     for variable in parameters {
         // Schemes, tolerances and limits are what is tested, not what varies; a number chooses nothing else than a name.
         let is_kept = matches!(variable.meaning, Some(Meaning::FrictionLaw | Meaning::Solving));
+        // Swings of an imposed motion would leave the stroke, which is refused.
+        let is_kept = is_kept || variable.name == "motion";
         if is_kept || variable.chooses.is_some() {
             continue;
         }

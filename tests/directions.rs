@@ -6,6 +6,8 @@ mod rig;
 use std::f64::consts::TAU;
 
 use bounds::{close, within};
+use pneumatic_servo::model::Setup;
+use pneumatic_servo::models::pneumatic_servo_cylinder::MODEL;
 use rig::Rig;
 
 const FACTOR: f64 = 1.5;
@@ -106,4 +108,17 @@ fn cylinder_that_is_open_on_both_sides_pushes_nothing() {
     assert_eq!(["velocity", "supply.consumed"].map(|name| running.get(name)), [0.0; 2]);
     within(running.get("pressureForce").abs(), 1e-12, "N");
     assert!(running.get("position") > 0.25);
+}
+
+/// The hysteresis of Leuven's law scales with the load level as a whole: a level that jumps where the motion turns would turn it
+/// without end.
+#[test]
+fn law_whose_force_would_jump_at_reversals_refuses_a_factor() {
+    let factor = |law: &str| {
+        let setup = Setup::new(&MODEL).set("friction.law", law).expect("a law");
+        setup.set("friction.direction.factor", 1.3).expect("legal").start(0.0).err().map(|error| error.to_string())
+    };
+    assert_eq!(factor("LuGre"), None);
+    let refused = factor("Leuven").unwrap_or_default();
+    assert!(refused.starts_with("friction.direction.factor = 1.3 is refused"), "{refused}");
 }

@@ -222,6 +222,9 @@ macro_rules! law_items {
                 fn asks_for_applied_force(&self) -> bool {
                     of_law!(self, |law| law.asks_for_applied_force())
                 }
+                fn scales_deflection_force(&self) -> bool {
+                    of_law!(self, |law| law.scales_deflection_force())
+                }
                 fn is_gentle(&self) -> bool {
                     of_law!(self, |law| law.is_gentle())
                 }

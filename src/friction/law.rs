@@ -237,6 +237,12 @@ pub trait FrictionLaw: ParameterSet {
         &[]
     }
 
+    /// Whether the force of a deflection scales with the load level: with a level that jumps where the motion turns, so would the
+    /// force, and the motion would turn without end.
+    fn scales_deflection_force(&self) -> bool {
+        false
+    }
+
     /// Whether the force changes gently with velocity, position and states within a mode: not like a bristle that
     /// settles within microseconds, or a line through zero velocity.
     fn is_gentle(&self) -> bool {

@@ -1,4 +1,4 @@
-//! What a prescribed motion says of its acceleration.
+//! The acceleration of a prescribed motion, by its sign.
 
 use serde::{Deserialize, Serialize};
 

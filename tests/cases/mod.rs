@@ -90,6 +90,24 @@ fn rigs_of_one_law(model: &Model) -> Vec<Changes> {
         vec![("consumption.enabled", 1.0), ("actuation", 4.0), ("valveVoltageA", 7.0), ("valveVoltageB", 6.0)],
         vec![("consumption.enabled", 1.0), ("actuation", 5.0), ("hoseA.length", 1.0), ("supply.volume", 1e-4)],
         vec![("actuation", 5.0), ("valveVoltageA", 6.0)],
+        // Valves and regulators of both chambers open, with and without lines.
+        vec![
+            ("consumption.enabled", 1.0),
+            ("actuation", 5.0),
+            ("valveVoltageA", 6.0),
+            ("valveVoltageB", 7.0),
+            ("chamberA.leakage", 1e-9),
+            ("chamberB.leakage", 1e-9),
+        ],
+        vec![
+            ("actuation", 4.0),
+            ("hoseA.length", 1.0),
+            ("hoseB.length", 1.0),
+            ("supply.volume", 1e-4),
+            ("valveVoltageA", 7.0),
+            ("valveVoltageB", 6.0),
+        ],
+        vec![("actuation", 5.0), ("hoseA.length", 1.0), ("hoseB.length", 1.0), ("valveVoltageB", 7.0)],
         vec![("chamberA.open", 1.0), ("load.stiffness", 100.0), ("friction.direction.factor", 1.3)],
         vec![
             ("motion", 2.0),

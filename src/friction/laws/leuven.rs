@@ -140,6 +140,10 @@ impl BristleLaw for Leuven {
         self.curve.check()
     }
 
+    fn scales_deflection_force(&self) -> bool {
+        true
+    }
+
     fn is_gentle(&self) -> bool {
         self.curve.is_gentle()
     }

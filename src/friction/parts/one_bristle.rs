@@ -36,6 +36,11 @@ pub trait BristleLaw: ParameterSet {
         &[]
     }
 
+    /// Whether the force of a deflection scales with the load level.
+    fn scales_deflection_force(&self) -> bool {
+        false
+    }
+
     /// Whether force and deflection change gently within a mode, but for a relaxation of the deflection.
     fn is_gentle(&self) -> bool {
         true
@@ -97,6 +102,10 @@ impl<L: BristleLaw> FrictionLaw for OneBristle<L> {
 
     fn states(&self) -> usize {
         1
+    }
+
+    fn scales_deflection_force(&self) -> bool {
+        self.0.scales_deflection_force()
     }
 
     fn is_gentle(&self) -> bool {

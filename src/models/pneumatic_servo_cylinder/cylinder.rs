@@ -175,6 +175,10 @@ impl<L: FrictionLaw, A: Actuating> Parts<L, A> {
         parameters.check()?;
         options.check(parameters.bore.value, parameters.stroke.value)?;
         sensors.check()?;
+        if options.differs_by_direction() && friction.scales_deflection_force() {
+            let reason = "under this friction law the force would jump at each reversal";
+            return Err(ParameterError::new("friction.direction.factor", options.direction_factor.value, reason));
+        }
         Ok(Self { parameters, options, sensors, actuator: A::new(actuator)?, friction })
     }
 

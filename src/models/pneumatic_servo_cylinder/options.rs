@@ -113,12 +113,16 @@ fn throttle(reference: u32, chamber: &str) -> Variable {
 impl Options {
     /// Whether any equation differs from those of a cylinder without options.
     pub fn are_used(&self) -> bool {
-        let Self { counts_supply, direction_factor, spring_stiffness, kappa_difference, waviness, .. } = *self;
+        let Self { counts_supply, spring_stiffness, kappa_difference, waviness, .. } = *self;
         let lines = [self.hose_length_a, self.hose_length_b, self.vessel_volume];
-        let has_direction = direction_factor != 1.0 || direction_factor.slope != 0.0;
-        let is_chosen = self.opens().contains(&true) || counts_supply || has_direction;
+        let is_chosen = self.opens().contains(&true) || counts_supply || self.differs_by_direction();
         let is_chosen = is_chosen || self.motion != Motion::Free;
         is_chosen || [spring_stiffness, kappa_difference, waviness].into_iter().chain(lines).any(Tangent::is_used)
+    }
+
+    /// Whether the load level of friction is another outwards than inwards.
+    pub fn differs_by_direction(&self) -> bool {
+        self.direction_factor != 1.0 || self.direction_factor.slope != 0.0
     }
 
     /// Lengths and inner diameters in m of the hoses.
