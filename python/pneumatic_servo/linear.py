@@ -201,7 +201,7 @@ def linearise(
         if not driven[:, place].any() and not through[:, place].any():
             warn(f"{name} = {simulation[name]:g}{_of_unit(model, name)}: it has no effect here, B is 0; {_why(point)}")
     for own in model.variables.values():
-        if own.meaning == "sampling" and own.counts_for and simulation[own.counts_for[0]] == own.counts_for[1]:
+        if own.meaning == "sampling" and own.counts_for and str(simulation[own.counts_for[0]]) == own.counts_for[1]:
             choice, law = own.counts_for
             warn(
                 f"{choice} = {law}: it holds its force between samples ({own.name}), so that its stiffness and damping "
