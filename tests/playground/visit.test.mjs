@@ -192,7 +192,8 @@ test("every variable that may be set is offered with its text, but not what the 
     "PositionController.velocity",
   ]);
   await page.getByRole("searchbox").fill("conductance regulator");
-  assert.deepEqual(await page.locator(".row .name").allTextContents(), ["C"]);
+  // Of the one regulator, and of one for each chamber.
+  assert.deepEqual(await page.locator(".row .name").allTextContents(), ["C", "C"]);
   await close();
 });
 
