@@ -93,7 +93,7 @@ const FIRST = [
   ["PWM", "docs/parameters.html"],
   ["solenoid", "docs/machines.html"],
   ["5/2", "docs/machines.html"],
-  ["gravity", "docs/parameters.html"],
+  ["gravity", "docs/machines.html"],
   ["spring return", "docs/parameters.html"],
   ["deadZone", "docs/parameters.html"],
   ["valve.C", "docs/parameters.html"],
