@@ -76,7 +76,9 @@ def test_program_runs_alone(page: str, number: int, folder: Path) -> None:
     answer = subprocess.run(command, cwd=folder, env=os.environ | {"MPLBACKEND": "Agg"}, capture_output=True, text=True)
     assert answer.returncode == 0, answer.stderr
     # FMPy names the inputs that a table leaves at their start values.
-    assert not re.search(r"^(.*Warning: (?!missing input for variable).*)$", answer.stdout + answer.stderr, re.MULTILINE), answer.stdout
+    assert not re.search(
+        r"^(.*Warning: (?!missing input for variable).*)$", answer.stdout + answer.stderr, re.MULTILINE
+    ), answer.stdout
 
 
 @pytest.mark.parametrize("page", [page for page in pages() if blocks(page, "sh") and page not in NOT_HERE])
