@@ -72,7 +72,7 @@ def test_fits_are_the_same(executor: Executor) -> None:
         # The last search begins where the best of the rough ones ended, here perhaps before all of them were made.
         values, expected = ([*ranking[law].values.values()] for ranking in (there, here))
         # A value that the data draw to its bound, which is 0, is rounding.
-        assert_close(values, expected, rel=8e-12, within=1e-18, what="values")
+        assert_close(values, expected, rel=2e-9, within=1e-18, what="values")
 
 
 INTERRUPTED = '''
