@@ -264,7 +264,7 @@ class Simulation:
         >>> simulation = ps.Model().start({"valveVoltage": 6.5})
         >>> A, B, C, D = simulation.transition(1e-3, outputs=["position"])
         >>> A.shape[1] == len(A), C.shape == (1, len(A)), D.shape
-        (True, True, (1, 3))
+        (True, True, (1, 7))
         """
         resting.check(at_rest)
         asked = _Asked(size, checks.names("parameters", parameters), checks.names("outputs", outputs))
@@ -326,7 +326,7 @@ def transitions(
     >>> import pneumatic_servo as ps
     >>> simulations = [ps.Model().start({"valveVoltage": voltage}) for voltage in (6.0, 7.0)]
     >>> [step.D.shape for step in ps.transitions(simulations, 1e-3, outputs=["position"])]
-    [(1, 3), (1, 3)]
+    [(1, 7), (1, 7)]
     """
     if not isinstance(simulations, Sequence):
         raise TypeError(f"simulations must be a list of simulations, not {shortened(simulations)}")

@@ -27,8 +27,14 @@ pub fn differentiate_varied<E: System<U>, const N: usize, const U: usize>(
 ) {
     let tangent = |value: f64, slope: f64| Tangent { value, slope };
     let (time, x, u, memory) = at;
-    let memory: E::Memory<Tangent> = varied(memory, |_| 0.0);
+    let memory = with_slopes::<E, U>(memory);
     write_slopes(equations, (time, x, u, &memory), seeds, (tangent, |number| number.slope), computed);
+}
+
+/// The discrete state with slopes, of which none varies. Its copies on the way here are off the stack when the equations are evaluated.
+#[inline(never)]
+fn with_slopes<E: System<U>, const U: usize>(memory: &E::Memory<Real>) -> Box<E::Memory<Tangent>> {
+    Box::new(varied(memory, |_| 0.0))
 }
 
 /// Evaluates the equations with numbers that are made with slopes, and writes the slopes of what comes out.

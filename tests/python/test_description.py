@@ -54,7 +54,7 @@ def test_model_exchange(description: ModelDescription, fmu: Path) -> None:
     assert exchange.providesDirectionalDerivative
     assert description.numberOfEventIndicators == 10
     states = {v.derivative.name for v in description.modelVariables if v.derivative}
-    assert len(states) == 42
+    assert len(states) == 46
     # FMPy reads no such attribute.
     with zipfile.ZipFile(fmu) as archive:
         variables = ElementTree.fromstring(archive.read("modelDescription.xml")).iterfind(
@@ -101,7 +101,8 @@ def test_outputs(description: ModelDescription) -> None:
     expected = [
         *("position", "velocity", "acceleration", "rodForce", "pressureForce", "frictionForce"),
         *(f"chamber{c}.{q}" for q in ("pressure", "temperature", "massFlow") for c in "AB"),
-        *("valve.spool", "sticking"),
+        *("valve.spool", "sticking", "frictionForceLimit.low", "frictionForceLimit.high"),
+        *("supply.massFlow", "supply.consumed", "supply.consumedVolume"),
         *(f"sensor.{quantity}.reading" for quantity in ("position", "pressureA", "pressureB", "force")),
     ]
     assert sorted(outputs) == sorted(expected)

@@ -137,7 +137,7 @@ REFUSED: dict[str, tuple[Callable[[], object], str]] = {
     "a small letter": (
         lambda: simulate(inputs={"valvevoltage": (T, U)}),
         "valvevoltage is not an input; did you mean valveVoltage?; the inputs are valveVoltage, "
-        "externalForce, supplyPressure",
+        "externalForce, supplyPressure, imposedPosition, imposedVelocity, valveVoltageA, valveVoltageB",
     ),
     "a function without a value": (
         driven(lambda t: None),
@@ -158,7 +158,7 @@ REFUSED: dict[str, tuple[Callable[[], object], str]] = {
     ),
     "an output misspelt": (
         lambda: simulate(outputs=["posiion"]),
-        "outputs: there is no variable posiion; did you mean position or position0?",
+        "outputs: there is no variable posiion; did you mean position or position0 or imposedPosition?",
     ),
     "no file": (
         lambda: simulate("no.ssv"),

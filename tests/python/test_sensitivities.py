@@ -175,8 +175,8 @@ def test_transition_maps_small_changes(plant: ps.Model) -> None:
     step = simulation.transition(size, parameters=["valve.C"], outputs=outputs)
     assert simulation["sticking"] == 0.0
     A, B, C, D = step
-    assert A.shape == (len(step.next_states), len(step.states)) and B.shape == (len(step.next_states), 3)
-    assert C.shape == (3, len(step.states)) and D.shape == (3, 3) and step.Q.shape == (3, 1)
+    assert A.shape == (len(step.next_states), len(step.states)) and B.shape == (len(step.next_states), 7)
+    assert C.shape == (3, len(step.states)) and D.shape == (3, 7) and step.Q.shape == (3, 1)
     assert step.inputs == tuple(plant.inputs) and step.parameters == ("valve.C",) and step.outputs == tuple(outputs)
 
     def after(change: float) -> np.ndarray:
@@ -265,7 +265,7 @@ def test_adjoint_times_seed_is_tangent_times_cotangent(plant: ps.Model) -> None:
         simulation.set_one("valveVoltage", voltage[step])
         made = simulation.transition(1e-3, parameters=["valve.C"], outputs=outputs)
         x = np.array([state.get(name, 0.0) for name in made.states])
-        u = seeds["valveVoltage"][step] * np.array([1.0, 0.0, 0.0])
+        u = seeds["valveVoltage"][step] * np.eye(made.D.shape[1])[0]
         p = np.array([seeds["valve.C"]])
         total += weights[:, step + 1] @ (made.C @ x + made.D @ u + made.Q @ p)
         state = dict(zip(made.next_states, made.A @ x + made.B @ u + made.P @ p, strict=True))
