@@ -63,11 +63,11 @@ def test_interrupt_leaves_no_file(tmp_path: Path) -> None:
     file = write(tmp_path / "data.csv", bench())
     outputs = [f"--{kind}={tmp_path / 'result'}.{kind}" for kind in ("out", "json", "report")]
     command = [*COMMAND, "fit", str(file), "--experiment", "motion",
-               "--law", "LuGre", "--columns", "time=t,position=x[mm],frictionForce=f", "--starts", "1000000",
+               "--law", "GMS,Leuven,LuGre,Dahl,ElastoPlastic", "--columns", "time=t,position=x[mm],frictionForce=f",
                *outputs]  # fmt: skip
     process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
     with pytest.raises(subprocess.TimeoutExpired):
-        process.wait(timeout=4.0)
+        process.wait(timeout=3.0)
     process.send_signal(signal.SIGINT)
     _, told = process.communicate(timeout=20.0)
     assert process.returncode == 130 and told.endswith("error: interrupted\n"), told
