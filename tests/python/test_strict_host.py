@@ -16,9 +16,9 @@ from fmpy.model_description import ScalarVariable
 from shared import LAWS
 
 STACK = {"Festoon": 72 * 1024}
-"""Bytes that functions may take, where it is not 64 KiB: a discrete state of ten blocks is on the stack while it is made."""
+"""Bytes that functions may take, where not 64 KiB: a discrete state of ten blocks is on the stack while it is made."""
 AHEAD = {"DrivenSlider": 2 | 4, "VibroImpact": 2 | 4}
-"""Divisions by zero and overflows of quotients that the compiler computes before it knows the law; they are not used."""
+"""Divisions by zero and overflows of quotients that the compiler computes ahead of the choice of the law."""
 
 CYLINDER = "PneumaticServoCylinder"
 KINDS = {2: ("steps", "exchange"), 3: ("steps", "events", "exchange")}
