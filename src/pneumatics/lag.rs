@@ -1,10 +1,10 @@
-//! Two states that follow commands with a lag of first order.
+//! States that follow commands with a lag of first order.
 
 use super::actuating::{BEND_WEIGHT, SHORT, STATES, simpson_middle};
 use crate::numbers::{Scalar, Tangent, Varying};
 use crate::system::{Led, Stride};
 
-/// A lag of first order, the same for both states.
+/// A lag of first order, the same for all its states.
 ///
 /// ```text
 /// dy/dt = (u - y)/tau
@@ -21,18 +21,42 @@ impl Lag {
         Self { time_constant }
     }
 
-    /// Rates of the states.
-    pub fn rates<S: Scalar>(&self, states: [S; STATES], commands: [S; STATES]) -> [S; STATES] {
-        std::array::from_fn(|side| (commands[side] - states[side]) / self.time_constant)
+    /// Rate of a state.
+    pub fn rate<S: Scalar>(&self, state: S, command: S) -> S {
+        (command - state) / self.time_constant
     }
 
-    /// What half a step of a size in s leaves of the distances from the commands.
+    /// Rates of two states.
+    pub fn rates<S: Scalar>(&self, states: [S; STATES], commands: [S; STATES]) -> [S; STATES] {
+        std::array::from_fn(|side| self.rate(states[side], commands[side]))
+    }
+
+    /// The share of the distance from a command that half a step of a size in s leaves.
+    pub fn left<S: Varying>(&self, step: f64) -> S {
+        S::along(-0.5 * step / self.time_constant).exp()
+    }
+
+    /// These shares of two states, as [`Actuating::half`](super::actuating::Actuating::half).
     pub fn half<S: Varying>(&self, step: f64) -> [[S; STATES]; STATES] {
-        let left = S::along(-0.5 * step / self.time_constant).exp();
+        let left = self.left(step);
         [[left, S::zero()], [S::zero(), left]]
     }
 
-    /// The states in a step over which the commands are held.
+    /// A state in a step of a size in s over which the command is held, half of which leaves a share of the distance: in the middle,
+    /// at the end, and the bend.
+    #[inline(always)]
+    pub fn course<S: Varying>(&self, state: S, command: S, step: f64, left: S) -> [S; 3] {
+        let distance = state - command;
+        let (middle, end) = (distance * left, distance * left * left);
+        let effective = if step < SHORT * self.time_constant.value {
+            middle
+        } else {
+            simpson_middle(distance, (distance - end) * self.time_constant / step, end)
+        };
+        [command + effective, command + end, (effective - middle) * BEND_WEIGHT]
+    }
+
+    /// Two states in a step over which the commands are held.
     #[inline(always)]
     pub fn later<S: Varying>(
         &self,
@@ -41,16 +65,7 @@ impl Lag {
         stride: &Stride<S>,
     ) -> Led<[S; STATES]> {
         let &Stride { size: step, half: [[left, _], _] } = stride;
-        let [a, b] = std::array::from_fn(|side| {
-            let distance = states[side] - commands[side];
-            let (middle, end) = (distance * left, distance * left * left);
-            let effective = if step < SHORT * self.time_constant.value {
-                middle
-            } else {
-                simpson_middle(distance, (distance - end) * self.time_constant / step, end)
-            };
-            [commands[side] + effective, commands[side] + end, (effective - middle) * BEND_WEIGHT]
-        });
+        let [a, b] = std::array::from_fn(|side| self.course(states[side], commands[side], step, left));
         let at = |place: usize| [a[place], b[place]];
         Led { middle: at(0), end: at(1), bend: at(2) }
     }

@@ -1,7 +1,8 @@
 //! The electronic pressure regulator of the rig with a plugged chamber.
 
-use super::actuating::{Actuating, BEND_WEIGHT, Commands, Ports, SHORT, STATES, SUPPLY, VOLTAGE, simpson_middle};
+use super::actuating::{Actuating, Commands, Ports, STATES, SUPPLY, VOLTAGE};
 use super::gas::GasState;
+use super::lag::Lag;
 use super::orifice::{Inflow, Orifice, is_above, piece};
 use crate::numbers::{Number, Pair, Real, Scalar, Tangent, Varying};
 use crate::system::{Led, Stride};
@@ -30,7 +31,11 @@ impl Regulator {
 
     /// Rate in Pa/s at which the pressure approaches the commanded one.
     pub fn pressure_rate<S: Scalar>(&self, command: S, pressure: S) -> S {
-        (command - pressure) / self.time_constant
+        self.lag().rate(pressure, command)
+    }
+
+    pub(super) fn lag(&self) -> Lag {
+        Lag::new(self.time_constant)
     }
 }
 
@@ -126,7 +131,7 @@ impl Actuating for PressureRegulator {
     }
 
     fn half<S: Varying>(&self, step: f64) -> [[S; STATES]; STATES] {
-        [[S::zero(); STATES], [S::zero(), S::along(-0.5 * step / self.regulator.time_constant).exp()]]
+        [[S::zero(); STATES], [S::zero(), self.regulator.lag().left(step)]]
     }
 
     #[inline(always)]
@@ -139,15 +144,8 @@ impl Actuating for PressureRegulator {
     ) -> Led<[S; STATES]> {
         let &Stride { size: step, half: [_, [_, left]] } = stride;
         let command = self.regulator.command(commands.voltage);
-        let (constant, distance) = (self.regulator.time_constant, pressure - command);
-        let (middle, end) = (distance * left, distance * left * left);
-        let effective = if step < SHORT * constant.value {
-            middle
-        } else {
-            simpson_middle(distance, (distance - end) * constant / step, end)
-        };
-        let (none, bend) = (S::zero(), (effective - middle) * BEND_WEIGHT);
-        Led { middle: [none, command + effective], end: [none, command + end], bend: [none, bend] }
+        let [middle, end, bend] = self.regulator.lag().course(pressure, command, step, left).map(|it| [S::zero(), it]);
+        Led { middle, end, bend }
     }
 
     #[inline(always)]
@@ -186,6 +184,7 @@ impl Actuating for PressureRegulator {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::pneumatics::actuating::BEND_WEIGHT;
     use crate::variables::{ParameterSet, Tunable};
 
     /// The lag has the solution `p = p_c + (p_0 - p_c)*exp(-t/tau)`, whose mean over a step of `tau` is

@@ -2,7 +2,6 @@
 
 use super::actuating::{Actuating, Commands, Ports, STATES, SUPPLY, VOLTAGE_A, VOLTAGE_B};
 use super::gas::GasState;
-use super::lag::Lag;
 use super::orifice::{Inflow, Orifice, is_above, piece};
 use super::regulator::Regulator;
 use crate::numbers::{Number, Pair, Real, Scalar, Varying};
@@ -69,7 +68,6 @@ fn rate(side: usize, chamber: &str, voltage: u32) -> Variable {
 #[derive(Clone, Debug)]
 pub struct TwoRegulators {
     regulator: Regulator,
-    lag: Lag,
     orifice: Orifice,
 }
 
@@ -92,7 +90,7 @@ impl Actuating for TwoRegulators {
         }
         let Parameters { min_pressure, max_pressure, time_constant, conductance, critical_ratio } = p;
         let regulator = Regulator { min_pressure, max_pressure, time_constant, conductance };
-        Ok(Self { regulator, lag: Lag::new(time_constant), orifice: Orifice::new(critical_ratio) })
+        Ok(Self { regulator, orifice: Orifice::new(critical_ratio) })
     }
 
     fn computed() -> Vec<Variable> {
@@ -125,11 +123,11 @@ impl Actuating for TwoRegulators {
     }
 
     fn rates<S: Scalar>(&self, pressures: [S; STATES], commands: Commands<S>, _memory: &()) -> [S; STATES] {
-        self.lag.rates(pressures, self.towards(commands))
+        self.regulator.lag().rates(pressures, self.towards(commands))
     }
 
     fn half<S: Varying>(&self, step: f64) -> [[S; STATES]; STATES] {
-        self.lag.half(step)
+        self.regulator.lag().half(step)
     }
 
     fn later<S: Varying>(
@@ -139,7 +137,7 @@ impl Actuating for TwoRegulators {
         _memory: &(),
         stride: &Stride<S>,
     ) -> Led<[S; STATES]> {
-        self.lag.later(pressures, self.towards(commands), stride)
+        self.regulator.lag().later(pressures, self.towards(commands), stride)
     }
 
     fn feed<S: Scalar>(&self, pressures: [S; STATES], ports: &Ports<S>, gas: GasState<Pair<S>>) -> Inflow<Pair<S>> {
