@@ -14,6 +14,8 @@ const SEGMENT: usize = 64;
 
 /// The columns and rows of a transition.
 struct Columns {
+    /// The state from which they are taken.
+    snapshot: Snapshot,
     along: Vec<Along>,
     states: States,
     names: Vec<String>,
@@ -208,7 +210,7 @@ impl Plant {
         let (mut along, names): (Vec<_>, Vec<_>) = of_states.chain(of_memory).unzip();
         along.extend((0..self.inputs.len()).map(Along::Input));
         along.extend(parameters_along);
-        Ok(Columns { along, states, names, outputs: places })
+        Ok(Columns { snapshot, along, states, names, outputs: places })
     }
 
     /// A run beside this one for a single step, from a saved state; nothing if there is none.
@@ -235,8 +237,8 @@ impl Plant {
         parameters: &[&str],
         outputs: &[&str],
     ) -> Result<Transition, TransitionError> {
-        let Columns { along, states, names, outputs } = self.columns(parameters, outputs)?;
-        let (snapshot, inputs, computed) = (self.simulation.save(), self.inputs.len(), self.computed_count());
+        let Columns { snapshot, along, states, names, outputs } = self.columns(parameters, outputs)?;
+        let (inputs, computed) = (self.inputs.len(), self.computed_count());
         let mut columns = Vec::with_capacity(along.len());
         let mut slopes = vec![0.0; computed];
         for along in along {

@@ -243,11 +243,8 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
             let to = if piece < MOST_KINKS { self.first_kink_behind(&path, from).unwrap_or(1.0) } else { 1.0 };
             let beside = [from > 0.0 || is_behind_event, to < 1.0 || ends_on_event];
             // The step as a whole has been tried.
-            let reached = if to - from == 1.0 && !ends_on_event {
-                self.halves(&path, [from, to], beside, &x)?
-            } else {
-                self.smooth_piece(&path, [from, to], beside, &x)?
-            };
+            let is_tried = to - from == 1.0 && !ends_on_event;
+            let reached = self.smooth_piece(&path, [from, to], beside, &x, is_tried)?;
             // Behind a kink the equations are those of its other side.
             let there = if to < 1.0 { self.between(&path, to) } else { ended };
             x = array(|i| S::with(there[i], reached[i].slope()));
@@ -261,32 +258,26 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
     }
 
     /// The states at the end of a smooth piece of a step, which may begin or end on a kink, in halves of halves where slopes ask
-    /// for it.
+    /// for it, or where the piece has been tried as a whole.
     fn smooth_piece(
         &self,
         path: &Hermite<N>,
         [from, to]: [f64; 2],
         [after_kink, before_kink]: [bool; 2],
         x: &[S; N],
+        is_tried: bool,
     ) -> Option<[S; N]> {
-        let Trial { end, error } = self.piece(self.time + from * path.h, x, (to - from) * path.h)?;
-        let smallest = if after_kink || before_kink { SMALLEST_BESIDE_KINK } else { SMALLEST_PIECE };
-        if to - from > smallest && self.inaccuracy(x, &end, &error) > 1.0 {
-            return self.halves(path, [from, to], [after_kink, before_kink], x);
+        if !is_tried {
+            let Trial { end, error } = self.piece(self.time + from * path.h, x, (to - from) * path.h)?;
+            let smallest = if after_kink || before_kink { SMALLEST_BESIDE_KINK } else { SMALLEST_PIECE };
+            let is_halved = to - from > smallest && self.inaccuracy(x, &end, &error) > 1.0;
+            if !is_halved {
+                return Some(end);
+            }
         }
-        Some(end)
-    }
-
-    fn halves(
-        &self,
-        path: &Hermite<N>,
-        [from, to]: [f64; 2],
-        [after_kink, before_kink]: [bool; 2],
-        x: &[S; N],
-    ) -> Option<[S; N]> {
         let middle = 0.5 * (from + to);
-        let half = self.smooth_piece(path, [from, middle], [after_kink, false], x)?;
-        self.smooth_piece(path, [middle, to], [false, before_kink], &half)
+        let half = self.smooth_piece(path, [from, middle], [after_kink, false], x, false)?;
+        self.smooth_piece(path, [middle, to], [false, before_kink], &half, false)
     }
 
     /// The states within a step: on the cubic between its ends, but for those with a closed form.
