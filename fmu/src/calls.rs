@@ -54,7 +54,7 @@ pub fn describe(modes: &[Mode]) -> String {
 
 macro_rules! calls {
     ($($(#[$doc:meta])* $call:ident $($mode:ident)*;)*) => {
-        /// What can be asked of an instance, by whatever function of whatever version of the standard.
+        /// Requests to an instance, in every version of the standard.
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]
         pub enum Call { $($(#[$doc])* $call),* }
 

@@ -102,7 +102,7 @@ impl Archive {
     /// Writes the archive.
     ///
     /// # Errors
-    /// Those of [`Archive::bytes`], or when the file cannot be written.
+    /// As [`Archive::bytes`], or when the file cannot be written.
     pub fn write(&self, file: &Path, moment: Moment) -> Result<()> {
         files::write(file, self.bytes(moment)?)
     }

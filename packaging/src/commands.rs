@@ -1,4 +1,4 @@
-//! The command lines of what packs FMUs: `package`, `build` and `join`.
+//! Command lines for packing FMUs: `package`, `build` and `join`.
 
 use std::collections::BTreeSet;
 use std::ffi::OsString;
@@ -91,10 +91,10 @@ impl Options {
         Ok(Asked::Do(options))
     }
 
-    /// Those of `package`.
+    /// The options of `package`.
     ///
     /// # Errors
-    /// When sources are asked for that this program cannot make, or their size is none.
+    /// When this program cannot make the requested sources, or their size is unknown.
     pub fn package(self) -> Result<Package> {
         let Self { platforms, binaries, sources, model } = self;
         let is_possible = sources.is_none() || cfg!(feature = "sources");

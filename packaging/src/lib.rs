@@ -1,18 +1,18 @@
-//! Packs models into FMUs: those of a crate by a program of one line in it, [`package_fmus!`], and those of the project by
+//! Packing of models into FMUs: a crate's models by a program of one line in it, [`package_fmus!`], the project's by
 //! `cargo xtask package`.
 //!
 //! | module | what it does |
 //! |---|---|
 //! | [`commands`] | the command lines of both |
 //! | [`mod@package`] | builds, describes, zips, validates and runs |
-//! | [`product`], [`workspace`], [`fingerprint`] | whose FMUs are packed, where, from which source |
-//! | [`build`], [`library`], [`gates`] | shared libraries: how they are compiled for a platform, and what they must be |
-//! | [`description`], [`documentation`], [`parameter_sets`], [`licences`] | what is beside the library in an FMU |
+//! | [`product`], [`workspace`], [`fingerprint`] | owner of the FMUs, paths, fingerprint of the source |
+//! | [`build`], [`library`], [`gates`] | shared libraries: compiling for a platform, and requirements |
+//! | [`description`], [`documentation`], [`parameter_sets`], [`licences`] | the other files of an FMU |
 //! | [`ssp`] | cylinder and controller as one system |
 //! | [`sources`] | sources in C (feature `sources`) |
 //! | [`archive`], [`moment`] | archives that are the same for the same commit |
-//! | [`experiment`] | the default experiment of a model, and that of a host, bit for bit |
-//! | [`venv`], [`process`], [`tools`], [`files`], [`lock`], [`platform`] | Python environments, programs, what is missing, files, platforms |
+//! | [`experiment`] | the default experiment of a model, here and in an importer, bit for bit |
+//! | [`venv`], [`process`], [`tools`], [`files`], [`lock`], [`platform`] | Python environments, programs, tools, files, platforms |
 //!
 //! The macro is for everybody; the modules are for the commands of the project (`xtask`, `xtask/developer`).
 

@@ -1,4 +1,4 @@
-//! `documentation/licenses`: the licence of the project, and those of everything that is linked into the library.
+//! `documentation/licenses`: the licences of the project and of all packages linked into the library.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;

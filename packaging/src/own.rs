@@ -64,7 +64,7 @@ pub struct Crate {
 /// | `parameter_sets.json` | sets of parameters, which become `resources` |
 /// | `icons/<Model>.png`, `icons/<Model>.svg` | the icon |
 ///
-/// Models that are named as those of the project have its parts where the crate has none.
+/// Models with names of the project's models use its parts where the crate has none.
 #[macro_export]
 macro_rules! package_fmus {
     ($library:path) => {
@@ -265,7 +265,7 @@ mod tests {
     }
 
     laws! {
-        /// The law beside those of the library.
+        /// The laws of the library, and one more.
         mod catalogue {
             ..builtin;
             1000 Coupled "coupled" Coupled, "Two elements in a row";
@@ -284,7 +284,7 @@ mod tests {
         assert!(problem.contains(expected) && problem.contains(pair), "{problem}");
     }
 
-    /// What is downloaded, of a lock file: names with versions.
+    /// Downloaded packages of a lock file: names with versions.
     fn downloaded(file: &Path) -> Result<BTreeSet<String>> {
         let text = files::text(file)?;
         let packages = text.split("[[package]]\n").filter(|package| package.contains("\nsource = "));
@@ -296,14 +296,14 @@ mod tests {
         let ours = downloaded(&workspace::home().join("Cargo.lock"))?;
         let theirs = downloaded(&workspace::home().join("examples/own/Cargo.lock"))?;
         assert!(theirs.len() > 20, "{theirs:?}");
-        // Otherwise what they share is compiled once more.
+        // Otherwise shared dependencies are compiled twice.
         let others: Vec<_> = theirs.difference(&ours).collect();
         assert!(others.is_empty(), "copy Cargo.lock to examples/own: {others:?}");
         Ok(())
     }
 
-    /// A shared library has no hash in its file's name: that of a crate from outside, compiled into the same folder, would
-    /// overwrite the library that this program is made of.
+    /// A shared library has no hash in its file's name: a crate from outside, compiled into the same folder, would
+    /// overwrite a library of this program.
     #[test]
     fn nothing_that_cargo_xtask_is_made_of_is_a_shared_library() -> Result<()> {
         let metadata = MetadataCommand::new().no_deps().current_dir(workspace::home()).exec()?;

@@ -208,7 +208,7 @@ mod tests {
         assert!(cylinder(json!({ "cylinder.bore": -0.016 })).contains("cylinder.bore = -0.016 is refused"));
     }
 
-    /// The models have no switch, but those of others may.
+    /// The library's models have no switch, a user's may.
     #[test]
     fn switches_are_on_or_off() -> Result<()> {
         let switch = Variable { role: Role::Fixed, ..Variable::flag(1, "brake") };
@@ -218,7 +218,7 @@ mod tests {
         Ok(())
     }
 
-    /// What a system drives has a name there that need not be that of the variable.
+    /// A connector of a system may have another name than its variable.
     #[test]
     fn start_value_is_added_under_its_own_name() -> Result<()> {
         let mut set = read(json!({ "mass.moving": 0.88 }))?;

@@ -1,4 +1,4 @@
-//! Running other programs, with a sign of life at least every few seconds.
+//! Running of other programs, with output at least every few seconds.
 
 use std::cell::{OnceCell, RefCell};
 use std::ffi::{OsStr, OsString};
@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 use anyhow::{Context, Result, ensure};
 use cargo_metadata::{Metadata, MetadataCommand};
 
-/// How long nobody says anything at most.
+/// Longest time without output.
 const SILENCE: Duration = Duration::from_secs(4);
 
 /// The Cargo that runs this program.
@@ -20,7 +20,7 @@ pub fn cargo() -> Command {
     Command::new(variable("CARGO").unwrap_or_else(|| "cargo".into()))
 }
 
-/// Whether a machine runs the checks, for which what cannot be checked is an error (the variable `CI` is set).
+/// Whether the variable `CI` is set: then a check that cannot run is an error.
 pub fn under_ci() -> bool {
     variable("CI").is_some_and(|value| !value.is_empty() && value != "false")
 }
@@ -58,7 +58,7 @@ pub struct Section {
     pub length: Duration,
 }
 
-/// The sections so far, in the order in which they began. Those of two threads may overlap.
+/// The sections so far, in order of their start. Sections of two threads may overlap.
 pub fn sections() -> Vec<Section> {
     end_section();
     let mut sections = SECTIONS.lock().unwrap_or_else(PoisonError::into_inner).clone();

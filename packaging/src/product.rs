@@ -53,7 +53,7 @@ impl Product {
         self.is_of_the_project() && self.models.len() == models::ALL.len()
     }
 
-    /// Whether they are those of the project.
+    /// Whether the models belong to the project.
     pub fn is_of_the_project(&self) -> bool {
         self.source.is_none()
     }
@@ -64,12 +64,12 @@ impl Product {
 pub struct Parts(Vec<PathBuf>);
 
 impl Parts {
-    /// Those of a folder, which need not be there, and those of the project.
+    /// The parts in a folder, which may be missing, and the project's.
     pub fn of_a_crate(folder: PathBuf, home: &Path) -> Self {
         Self(vec![folder, home.join("modelDescription")])
     }
 
-    /// Those of the project.
+    /// The project's parts.
     pub fn of_the_project(home: &Path) -> Self {
         Self(vec![home.join("modelDescription")])
     }

@@ -43,7 +43,7 @@ const CONNECTIONS: [(&str, &str); 12] = [
 
 /// The set of parameters that the system has unless a host takes another.
 const DEFAULT_SET: &str = "Dry";
-/// End in s of the default experiment: that of the reference trajectory.
+/// End in s of the default experiment and of the reference trajectory.
 const STOP_TIME: &str = "8.0";
 
 /// The communication step in s that hosts are to take: the sample time of the controller.

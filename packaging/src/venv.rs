@@ -87,7 +87,7 @@ impl Venv {
         self.programs().join(name).with_extension(std::env::consts::EXE_EXTENSION)
     }
 
-    /// The search path for programs, with those of the environment first.
+    /// The search path for programs, with the environment's first.
     ///
     /// # Errors
     /// When the environment lies in a folder that a search path cannot hold.

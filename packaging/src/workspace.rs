@@ -18,18 +18,18 @@ pub struct Workspace {
     pub root: PathBuf,
     /// The root of the project's repository, where the Python tools and the parts of its FMUs are.
     pub home: PathBuf,
-    /// Cargo's target directory, wherever the user put it.
+    /// Cargo's target directory.
     pub target: PathBuf,
     /// Where Python environments are made.
     pub environments: PathBuf,
     /// What is packed.
     pub product: Product,
-    /// Settings of Cargo for libraries, in place of those of the manifest: `profile.release.lto='off'`.
+    /// Settings of Cargo for libraries that override the manifest: `profile.release.lto='off'`.
     pub settings: Vec<String>,
 }
 
 impl Workspace {
-    /// Asks Cargo where that of the project is, for the FMUs of the project.
+    /// The workspace of the project, from Cargo.
     ///
     /// # Errors
     /// When Cargo does not answer.
@@ -37,7 +37,7 @@ impl Workspace {
         Self::around(&home().join("packaging"), Product::of_the_project(&home()))
     }
 
-    /// Asks Cargo where that of a package is.
+    /// The workspace of a package, from Cargo.
     ///
     /// # Errors
     /// When Cargo does not answer.
@@ -55,7 +55,7 @@ impl Workspace {
         })
     }
 
-    /// That of the project, with target directory and environments in a folder of a test.
+    /// The project's workspace, with target directory and environments in a folder of a test.
     #[cfg(test)]
     pub fn of_a_test(target: &Path) -> Self {
         let (target, environments) = (target.to_owned(), target.join("environments"));

@@ -30,7 +30,7 @@ extern "C" {
 #define plant_free PLANT_NAME(plant_free)
 #define plant_variables PLANT_NAME(plant_variables)
 
-/** @brief How a call ends; the numbers are those of FMI. */
+/** @brief Status of a call, numbered as in FMI. */
 typedef enum {
     PLANT_OK,      /**< All is well. */
     PLANT_WARNING, /**< All is well, but the log has something to say. */

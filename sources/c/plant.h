@@ -78,7 +78,7 @@ void plant_tell(Plant *plant, int status, const char *category, const char *text
 /* Whether the self-test has passed, or its failure is a warning. */
 int plant_passes(Plant *plant, u64 fingerprint);
 
-/* Room for arrays that take so many bytes together, by PLANT_BYTES. */
+/* Memory for arrays of this size together, by PLANT_BYTES. */
 void plant_reserve(Plant *plant, u64 bytes);
 /* Copies an array of the host's into the room and tells its address there. */
 u32 plant_take(Plant *plant, const void *array, size_t number, unsigned size);

@@ -47,7 +47,7 @@ impl Heap {
         self.first.set(0);
     }
 
-    /// Sets the link that leads to a free block: that of the block before, or the first.
+    /// Sets the link to a free block: in the block before it, or the first link.
     fn link(&self, before: usize, to: usize) {
         match before {
             0 => self.first.set(to),

@@ -41,7 +41,7 @@ pub trait Running {
     /// Integrates to a time in s.
     ///
     /// # Errors
-    /// When it cannot be reached; the state is then that of the last accepted solver step.
+    /// When it cannot be reached; the state is then the last accepted one.
     fn advance(&mut self, end: f64) -> Result<(), StepError>;
     /// Writes all computed variables.
     fn values(&mut self, computed: &mut [f64]);
@@ -429,7 +429,7 @@ mod tests {
             }
         }
         assert!(early > 10, "{early} steps ended early");
-        // What is computed is that of a run without a bound, as exactly as the tolerance asks for.
+        // The results agree with a run without a bound, within the tolerance.
         let mut free = Named::new(ALONE, &[("friction.law", 14.0)]);
         assert_eq!(free.0.start(), Status::Ok);
         free.set("valveVoltage", 8.0);

@@ -178,7 +178,7 @@ fn sources(kind: Kind, home: &Path) -> Result<Vec<(&'static str, String)>> {
         Kind::Valve => of_page(
             home,
             "LaggedSpool",
-            "//! An actuator of one's own: the cylinder has it beside those of the library.",
+            "//! An actuator of one's own: the cylinder has it beside the library's.",
         ),
         Kind::Model => of_page(home, "Room", "//! A model of one's own."),
     }

@@ -35,7 +35,7 @@ macro_rules! exports {
         impl Functions {
             /// All functions, from those that know which models there are. What is stated of functions that are written
             /// out is checked by the compiler here.
-            #[allow(non_snake_case, reason = "the names are those of the standard")]
+            #[allow(non_snake_case, reason = "the standard's names")]
             pub const fn with($($outer: unsafe extern "C" fn($($taken),*) -> $made),*) -> Self {
                 Self { $($other,)* $($outer,)* $($name),* }
             }

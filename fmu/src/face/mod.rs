@@ -144,7 +144,7 @@ pub unsafe fn serialize(
     Ok(())
 }
 
-/// Takes a new saved state from bytes, whatever the host's variable for it holds.
+/// Makes a new saved state from bytes; the previous value of the host's variable does not matter.
 ///
 /// # Safety
 /// Of the module.

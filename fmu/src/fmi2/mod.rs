@@ -1,4 +1,4 @@
-//! The face of FMI 2.0, for co-simulation and model exchange: the C types and functions, for any model of a
+//! The C interface of FMI 2.0, for co-simulation and model exchange: the C types and functions, for any model of a
 //! [`Library`](crate::Library).
 //!
 //! | file | what it does |

@@ -5,12 +5,12 @@
 //! `Handle::call`. What the FMU does not offer is refused with a reason.
 //!
 //! # Safety
-//! That of all faces: `crate::face`.
+//! See `crate::face`.
 
 #![allow(unsafe_code, reason = "this is the C interface")]
-#![allow(non_snake_case, reason = "the names are those of the standard")]
+#![allow(non_snake_case, reason = "the standard's names")]
 #![allow(clippy::missing_safety_doc, reason = "the module states it for all functions")]
-#![allow(clippy::too_many_arguments, reason = "the signatures are those of the standard")]
+#![allow(clippy::too_many_arguments, reason = "the standard's signatures")]
 
 use std::ffi::c_void;
 use std::mem::transmute;

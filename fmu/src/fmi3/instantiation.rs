@@ -2,11 +2,11 @@
 //! themselves come from [`export_fmu!`](crate::export_fmu).
 //!
 //! # Safety
-//! That of all faces: `crate::face`.
+//! See `crate::face`.
 
 #![allow(unsafe_code, reason = "this is the C interface")]
 #![allow(clippy::missing_safety_doc, reason = "the module states it for all functions")]
-#![allow(clippy::too_many_arguments, reason = "the signatures are those of the standard")]
+#![allow(clippy::too_many_arguments, reason = "the standard's signatures")]
 
 use super::callbacks::sink;
 use super::types::{

@@ -168,7 +168,7 @@ fn directional_derivatives_by_inputs_match_differences() {
                 let exact = derivatives[index];
                 let sides = [(above[index], now[index]), (now[index], below[index])];
                 let is_near = |difference: f64| (exact - difference).abs() <= 1e-6 * exact.abs() + noise;
-                // The valve's play has a corner where the command pushes it; there the derivative is that of a side.
+                // The valve's play has a corner where the command pushes it; there the derivative is one-sided.
                 let at_corner = sides.iter().any(|(after, before)| is_near((after - before) / step));
                 assert!(
                     is_near(difference) || (input == "valveVoltage" && at_corner),

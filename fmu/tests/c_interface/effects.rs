@@ -196,8 +196,8 @@ fn is_missed(function: &str, test: fn()) -> bool {
         let there = || symbol(name).expect("a function of the standard");
         Ok::<_, Infallible>(if name == function { nothing as *const c_void } else { there() })
     };
-    // SAFETY: the functions are those of the names, or one whose arguments the caller clears away, as everywhere where the
-    // library is built.
+    // SAFETY: each function has the type of its name, or is one whose arguments the caller clears away, as on all platforms of
+    // the library.
     let (two, three) = unsafe { (fmi2::exports::Functions::load(found), fmi3::exports::Functions::load(found)) };
     let (Ok(two), Ok(three)) = (two, three);
     LIBRARY.replaced_by(&two, || LIBRARY3.replaced_by(&three, || catch_unwind(test))).is_err()

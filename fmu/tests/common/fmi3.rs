@@ -17,7 +17,7 @@ thread_local! {
 
 /// The functions of FMI 3.0 of the library under test.
 pub static LIBRARY3: UnderTest<Functions> = UnderTest::new(
-    // SAFETY: the library is never unloaded, and its functions are those of the names.
+    // SAFETY: the library is never unloaded, and its functions have the types of their names.
     || unsafe { Functions::load(symbol) }.expect("all functions"),
     &REPLACED,
 );

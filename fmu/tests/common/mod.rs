@@ -36,7 +36,7 @@ thread_local! {
 
 /// The functions of FMI 2.0 of the library under test.
 pub static LIBRARY: UnderTest<Functions> = UnderTest::new(
-    // SAFETY: the library is never unloaded, and its functions are those of the names.
+    // SAFETY: the library is never unloaded, and its functions have the types of their names.
     || unsafe { Functions::load(symbol) }.expect("all functions"),
     &REPLACED,
 );
@@ -175,8 +175,8 @@ fn printed(format: &str) -> String {
 
 /// A function as the logger that hosts declare with further arguments.
 pub fn as_logger(function: extern "C" fn(*mut c_void, Text, c_int, Text, Text)) -> Logger {
-    // SAFETY: the library passes no further arguments. Conventions that pass even the named arguments of a variadic
-    // function elsewhere are not among those of the platforms.
+    // SAFETY: the library passes no further arguments. No platform here has a calling convention that passes the named
+    // arguments of a variadic function elsewhere.
     unsafe { std::mem::transmute(function) }
 }
 

@@ -37,7 +37,7 @@ impl<F> Deref for UnderTest<F> {
     type Target = F;
 
     fn deref(&self) -> &F {
-        // SAFETY: the pointer is NULL, or that of the functions that `replaced_by` borrows all the while.
+        // SAFETY: the pointer is NULL, or points to the functions that `replaced_by` borrows all the while.
         unsafe { self.replaced.get().as_ref() }.unwrap_or_else(|| &self.loaded)
     }
 }

@@ -1,5 +1,4 @@
-//! Calls that a fuzzer chooses by bytes. `cargo xtask fuzz` looks for bytes that reach new places of the source; those that
-//! it has kept are made here again.
+//! Calls chosen by the bytes of a fuzzer. `cargo xtask fuzz` looks for bytes that reach new code; the kept ones are replayed here.
 
 use std::fs;
 use std::path::Path;
@@ -17,7 +16,7 @@ use crate::fuzzer::Fuzzer;
 use crate::random::Random;
 use crate::{MODEL, exchanged};
 
-/// With one input: what many calls reach, several inputs of few calls reach as well.
+/// Per input: several inputs of few calls reach as much as one of many calls.
 const MOST_CALLS: usize = 300;
 
 /// Something that makes random calls.
@@ -42,7 +41,7 @@ macro_rules! callers {
 
 callers! { Fuzzer Twins Triplets }
 
-/// Makes calls of these functions, in the place of those of the library that the tests load.
+/// Replaces the functions of the loaded library by these during some work.
 pub fn of(fmi2: &fmi2::exports::Functions, fmi3: &fmi3::exports::Functions, work: impl FnOnce()) {
     LIBRARY.replaced_by(fmi2, || LIBRARY3.replaced_by(fmi3, work));
 }

@@ -63,7 +63,7 @@ pub struct Pair {
     pub saved: Vec<(*mut c_void, Expected, Option<Snapshot>)>,
 }
 
-/// The place of a variable among those of its kind.
+/// The index of a variable within its kind.
 pub fn place(variable: &Variable, of: impl Fn(&Variable) -> bool) -> usize {
     let mut group = variables().iter().filter(|other| of(other));
     group.position(|other| other.reference == variable.reference).expect("a variable of the kind")

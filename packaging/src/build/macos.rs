@@ -53,7 +53,7 @@ fn universal(libraries: &[Vec<u8>]) -> Result<Vec<u8>> {
         list.extend([word(processor)?, word(model)?, u32::try_from(bytes.len())?, u32::try_from(library.len())?, PAGE]);
         bytes.extend(library);
     }
-    // Whatever the processors, the list has the high byte first.
+    // The list is big-endian for every processor.
     for (slot, word) in bytes.chunks_exact_mut(WORD).zip(list) {
         slot.copy_from_slice(&word.to_be_bytes());
     }

@@ -57,7 +57,7 @@ impl Version {
         }
     }
 
-    /// Its folder below those of the FMUs and the descriptions: FMI 2.0, which most tools read, is at the top.
+    /// Its subfolder in the folders of FMUs and descriptions: none for FMI 2.0, which most tools read.
     pub fn folder(self) -> &'static str {
         match self {
             Self::Fmi2 => "",
@@ -94,7 +94,7 @@ fn root(version: &str, token: &str, model: &Model, stamp: &Stamp) -> Element {
         .with("variableNamingConvention", "structured")
 }
 
-/// A way of running the model, with its attributes, those of both ways before its own.
+/// Co-simulation or model exchange, with the common attributes before its own.
 fn kind(name: &'static str, model: &Model, common: &[Attribute], own: &[Attribute]) -> Element {
     let element = Element::new(name).with("modelIdentifier", model.name);
     common.iter().chain(own).fold(element, |element, (name, value)| element.with(name, value))

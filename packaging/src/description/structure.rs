@@ -78,8 +78,8 @@ impl Unknown {
         Ok(Self { index, dependencies: dependencies.into_iter().collect() })
     }
 
-    /// The same at initialization: it depends on inputs and time as the table says, and on all parameters but those of
-    /// the solver, since any of them may have a part in it under some law and on some rig.
+    /// The same at initialization: it depends on inputs and time as the table says, and on all parameters except the
+    /// solver's, since each may act under some law and on some rig.
     fn initial(variables: &Table, index: usize) -> Self {
         let known = variables.initial_dependencies(&variables[index - 1]);
         let is_used = |variable: &Variable| {

@@ -47,7 +47,7 @@ const TERMINALS: [Terminal; 3] = [
 /// The file of a model, with or without an icon.
 ///
 /// # Errors
-/// None but those of writing XML.
+/// When the XML cannot be written.
 pub fn xml(model: &Model, has_icon: bool) -> Result<String> {
     Ok(document(|xml| {
         Element::new("fmiTerminalsAndIcons").with("fmiVersion", "3.0").contain(xml, |xml| {

@@ -28,7 +28,7 @@ fn attributes(variable: &Variable) -> (&'static str, &'static str, Option<&'stat
     }
 }
 
-/// With a start value, that of a state under the defaults, or without.
+/// `approx` with a start value (a state under the defaults), else `calculated`.
 fn calculated(variable: &Variable) -> &'static str {
     if variable.start.is_some() { "approx" } else { "calculated" }
 }

@@ -36,8 +36,7 @@ fn laws(model: &Model) -> &'static Enumeration {
     model.table().friction_law().map_or(LAWS, |(_, laws)| laws)
 }
 
-/// The page with a row for each law: those that come from elsewhere, hand-written or with the sentence of the catalogue, follow
-/// those of the project.
+/// The page with a row for each law: first the project's, then a user's, hand-written or with the sentence of the catalogue.
 fn complete(source: &str, laws: &Enumeration, rows: &str) -> Result<String> {
     let Some((before, table)) = source.split_once("<th>Law</th>") else { return Ok(source.to_owned()) };
     let further = laws.items.iter().filter(|(_, name, _)| !table.contains(&row(name)));

@@ -18,8 +18,8 @@ pub fn interface(id: &str, title: &str, variables: &[&Variable]) -> String {
     format!("<section id=\"{id}\">\n<h2>{title}</h2>\n{}</section>\n", rows(variables))
 }
 
-/// A section with one table per group of parameters. Groups that count for one choice alone can be opened; that of the default
-/// choice is open.
+/// A section with one table per group of parameters. Groups that count for one choice alone can be opened; the default
+/// choice's is open.
 pub fn parameters(variables: &Table) -> String {
     let parameters: Vec<_> = variables.parameters().collect();
     fn place(variable: &Variable) -> (&str, Option<Case>) {
@@ -58,7 +58,7 @@ pub fn parameters(variables: &Table) -> String {
 }
 
 const SOME_ARE_FOLDED: &str =
-    " Some groups count for one choice alone, which stands beside their names: open those of what you have chosen.";
+    " Some groups count for one choice alone, named beside them: open the group of your choice.";
 
 /// A section with the items of every enumeration that the variables use.
 pub fn enumerations(variables: &[Variable]) -> String {

@@ -71,7 +71,7 @@ pub fn universal([one, other]: [(u32, Vec<u8>); 2]) -> Vec<u8> {
     [big(&header), one.1, other.1].concat()
 }
 
-/// A library of Windows that exports and needs nothing, with so many symbols, and bytes in its directory of debugging information.
+/// A library of Windows that exports and needs nothing, with numbers of symbols, and of bytes in its directory of debugging information.
 pub fn windows(symbols: u8, debugging: u32) -> Vec<u8> {
     let mut bytes = vec![0; 64 + 4 + 20 + 240];
     let mut put = |at: usize, part: &[u8]| bytes[at..at + part.len()].copy_from_slice(part);

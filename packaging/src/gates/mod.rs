@@ -19,7 +19,7 @@ use object::Architecture;
 use self::facts::Facts;
 use crate::platform::Platform;
 
-/// The newest version of glibc that linux64 may need: that of 2012, which every Linux still in use has.
+/// The newest version of glibc that linux64 may need: of 2012, in every Linux still in use.
 pub const NEWEST_GLIBC: Version = (2, 17);
 
 /// The oldest macOS that darwin64 is for: the first on both processors.
@@ -101,7 +101,7 @@ pub fn architectures(bytes: &[u8]) -> Result<BTreeSet<String>> {
     Ok(read::read(bytes)?.iter().map(|facts| name(facts.architecture)).collect())
 }
 
-/// The processors must be those of the platform.
+/// The processors must match the platform.
 fn wrong_architectures(platform: Platform, reach: Reach, slices: &[Facts]) -> Vec<String> {
     let found: BTreeSet<_> = slices.iter().map(|facts| name(facts.architecture)).collect();
     let wanted = match (reach, platform) {
@@ -256,7 +256,7 @@ mod tests {
         module.exports = ["PyInit__native".to_owned()].into();
         module.libraries = ["python3.dll".to_owned(), "KERNEL32.dll".to_owned()].into();
         assert_eq!(module_rules(Platform::Win64, &module), Vec::<String>::new());
-        // That of one version of Python.
+        // The library of one version of Python.
         module.libraries.insert("python311.dll".to_owned());
         module.exports.insert("rust_eh_personality".to_owned());
         let problems = module_rules(Platform::Win64, &module);
@@ -275,7 +275,7 @@ mod tests {
         assert!(wrong_architectures(Platform::Darwin64, Reach::Everybody, &[arm, good(Platform::Darwin64)]).is_empty());
     }
 
-    /// The oldest system is that of the processor that asks for the newest, and is called by its name.
+    /// The required system is the newest that a processor's slice requires, called by its name.
     #[test]
     fn report_says_the_processors_and_the_oldest_system() {
         let other = Facts { architecture: Architecture::Aarch64, needs: Some((11, 3)), ..good(Platform::Darwin64) };

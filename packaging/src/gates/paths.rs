@@ -1,4 +1,4 @@
-//! Gate: nothing in a library tells where it was built.
+//! Gate: a library contains no path of the building machine.
 
 /// What only a path on the machine of a person or of a build service looks like.
 const TYPICAL: &[&str] = &["/home/", "/Users/", "/root/", "/tmp/", "\\Users\\", "/.cargo/", "\\.cargo\\"];

@@ -1,4 +1,4 @@
-//! A shared library read, whatever its format.
+//! Facts of a shared library of any format.
 
 use std::collections::BTreeSet;
 

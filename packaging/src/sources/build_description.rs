@@ -4,8 +4,8 @@ use anyhow::Result;
 use pneumatic_servo::model::Model;
 use pneumatic_servo_ssp::xml::{Element, document};
 
-/// The description of one build, which is that of a shared library: without the definition all functions begin with the
-/// model's name, so that several models can be linked into one program.
+/// The description of one build, of a shared library. Without its definition all functions begin with the model's name, so that
+/// several models can be linked into one program.
 ///
 /// # Errors
 /// When it cannot be written.

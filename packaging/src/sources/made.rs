@@ -154,7 +154,7 @@ mod tests {
         Ok(())
     }
 
-    /// All functions of the standards but those that tell a constant or end an instance, behind those of the C itself.
+    /// All functions of the standards, except those written in C that return a constant or free an instance.
     #[test]
     fn module_is_asked_for_what_the_c_does_not_do_itself() {
         let (two, three) = (roots(&[Version::Fmi2]), roots(&[Version::Fmi3]));

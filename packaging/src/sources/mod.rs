@@ -1,4 +1,4 @@
-//! The sources of an FMU in C, where the feature `sources` brings what makes them.
+//! The sources of an FMU in C (feature `sources`).
 
 #[cfg(feature = "sources")]
 mod build_description;

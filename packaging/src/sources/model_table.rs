@@ -1,4 +1,4 @@
-//! `model.h` and `model.c`: what the C around a module knows of its model.
+//! `model.h` and `model.c`: the table of a model for the C around its module.
 
 use std::fmt::Write;
 
@@ -145,7 +145,7 @@ impl<'a> Slots<'a> {
         Self(table.inputs().chain(parameters).chain(table.computed()).map(|variable| &*variable.name).collect())
     }
 
-    /// That of a variable; 0 for the time, which has none.
+    /// The index of a variable; 0 for the time, which has none.
     fn of_variable(&self, variable: &Variable) -> usize {
         self.0.iter().position(|name| *name == variable.name).unwrap_or_default()
     }

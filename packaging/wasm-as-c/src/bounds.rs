@@ -30,8 +30,8 @@ impl Bounds {
         Self { memory, margin, reach: Reach::new(), at_begin: Vec::new(), is_compared: false }
     }
 
-    /// The statement that traps unless there are so many bytes from an address on, a variable or a constant: the address is
-    /// before the margin, or so many bytes are.
+    /// The statement that traps unless `bytes` bytes from an address (a variable or a constant) are in memory: the address is
+    /// before the margin, or the bytes are.
     pub fn compare(&mut self, address: &Entry, bytes: u64) -> String {
         if let Some((variable, 0)) = address.sum() {
             let in_memory = if bytes <= self.margin { 0 } else { bytes };
@@ -41,7 +41,7 @@ impl Bounds {
         format!("within({},{bytes}u);", address.text)
     }
 
-    /// Whether so many bytes are known to be there from an address on.
+    /// Whether `bytes` bytes from an address are known to be in memory.
     pub fn has(&self, address: &Entry, bytes: u64) -> bool {
         match address.number() {
             Some(number) => number + bytes <= self.memory,
@@ -49,7 +49,7 @@ impl Bounds {
         }
     }
 
-    /// How many bytes are known to be there from an address on.
+    /// The number of bytes from an address that are known to be in memory.
     fn reach_of(&self, address: &Entry) -> Option<u64> {
         let (variable, offset) = address.sum()?;
         self.reach.get(&variable)?.checked_sub(offset)
@@ -62,7 +62,7 @@ impl Bounds {
         self.reach.extend(reach.map(|reach| (variable, reach)));
     }
 
-    /// Whatever was known of a variable is not known any more.
+    /// Discards the known reach of a variable.
     pub fn forget(&mut self, variable: Variable) {
         for reach in self.at_begin.iter_mut().chain([&mut self.reach]) {
             reach.remove(&variable);

@@ -1,4 +1,4 @@
-//! Operators of WebAssembly in C, but for those of control, variables, memory and calls.
+//! Operators of WebAssembly in C, except control, variables, memory and calls.
 
 /// A type of values, by the letter of the C variables that hold them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -256,7 +256,7 @@ mod tests {
             let takes_two = operator.text.contains('B');
             assert_eq!(operator.arguments == 2, takes_two, "{line}");
             assert_eq!(operator.compares, line.split(' ').nth(2) == Some("c"), "{line}");
-            // Names begin with the type of the result, those of comparisons with that of the arguments.
+            // Names begin with the type of the result, of comparisons with the type of the arguments.
             let expected = match &name[..3] {
                 _ if operator.compares => Type::I32,
                 "I32" => Type::I32,

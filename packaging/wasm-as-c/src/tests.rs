@@ -93,7 +93,7 @@ fn module(functions: &[Vec<u8>]) -> Vec<u8> {
     .concat()
 }
 
-/// A function whose text has so many bytes: a head of 19, lines of 10 and 11, and a brace with its line end.
+/// A function with a text of a given length: a head of 19, lines of 10 and 11, and a brace with its line end.
 fn long(bytes: usize) -> Vec<u8> {
     const TEN: &[u8] = b"\x41\x01\x24\0";
     const ELEVEN: &[u8] = b"\x41\x0a\x24\0";

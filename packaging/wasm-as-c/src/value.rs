@@ -7,7 +7,7 @@ use super::operators::Type;
 pub enum Variable {
     /// A local one of the function.
     Local(u32),
-    /// That of a place on the stack, for values of a type.
+    /// The variable of a place on the stack, for values of a type.
     Place(Type, usize),
 }
 

@@ -1,4 +1,4 @@
-//! `cargo xtask fuzz`: looks for inputs that reach new places of the source.
+//! `cargo xtask fuzz`: searches for inputs that reach new code.
 
 use std::fs;
 use std::path::Path;
@@ -27,7 +27,7 @@ const SLOWEST: &str = "-timeout=60";
 
 /// The help of the command.
 pub const HELP: &str = "\
-Look for calls, saved states and files that reach new places of the source, and check what they do.
+Look for calls, saved states and files that reach new code, and check the results.
 
 Usage: cargo xtask fuzz [TARGETS] [--minutes NUMBER] [--keep]
 
@@ -35,14 +35,13 @@ Usage: cargo xtask fuzz [TARGETS] [--minutes NUMBER] [--keep]
   --minutes NUMBER    for how long each; otherwise 10
   --keep              fuzz nothing: keep inputs in the sources
 
-Calls are compared with a reference, as those of the tests are that draw them at random. What is found is gathered in
-fuzz/corpus, and an input that fails in fuzz/artifacts; `--keep` takes some of what is gathered into the sources, where the
-tests run them.
+Calls are compared with a reference, like the random calls of the tests. Found inputs go to fuzz/corpus, failing ones to
+fuzz/artifacts; `--keep` copies a choice of the corpus into the sources, where the tests run them.
 
 Examples:
   cargo xtask fuzz                                      ten minutes each
   cargo xtask fuzz --minutes 1 forged_states readers    some, for a minute each
-  cargo xtask fuzz --keep co_simulation                 take some of what was found into the sources
+  cargo xtask fuzz --keep co_simulation                 copy a choice of the corpus into the sources
 It needs Linux, a nightly compiler and a tool: cargo install --locked cargo-fuzz";
 
 /// What is asked for.

@@ -1,4 +1,4 @@
-//! The commands of `cargo xtask` that only developers need: what packs FMUs is in `packaging`, and compiled without them.
+//! The commands of `cargo xtask` for developers only; packing FMUs is in `packaging`, and compiled without them.
 
 mod deny;
 mod describe;

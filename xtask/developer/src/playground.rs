@@ -106,8 +106,8 @@ pub fn npm() -> Command {
     Command::new(if cfg!(windows) { "npm.cmd" } else { "npm" })
 }
 
-/// What builds the program that repeats runs of the page with the library; its bits are the same without optimization. The features of
-/// all that is compiled are those of the unit tests, for the packages are.
+/// The build of the program that repeats runs of the page with the library; its bits do not depend on optimization. Packages and
+/// features are the same as for the unit tests.
 fn replay(workspace: &Workspace) -> Command {
     let mut cargo = process::cargo();
     cargo.args(["build", "--profile", "quick", "--example", "replay", "--no-default-features"]).args(quick::FEATURES);

@@ -1,4 +1,4 @@
-//! `cargo xtask site`: everything there is to read, as one folder that needs no server: `target/site`.
+//! `cargo xtask site`: all documentation as one folder that needs no server, `target/site`.
 
 use std::fs;
 use std::path::{Path, PathBuf};

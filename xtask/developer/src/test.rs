@@ -39,11 +39,11 @@ Usage: cargo xtask test [OPTIONS]
   --sanitizer        only run the C interface under the address sanitizer of the nightly compiler, which valgrind does not
                      replace in full
   --sources          only compile the sources in C for all targets, run and compare them; a missing tool is an error then
-  --only NAMES       of the sources in C only those of these models, or for these targets
-  --fuzz MINUTES     only make random calls of the sources in C, of all models or of some, for so many minutes
+  --only NAMES       of the sources in C only these models, or these targets
+  --fuzz MINUTES     only make random calls of the sources in C, of all models or of some, for some minutes
 
 A check whose tool is missing is left out with a message; with the variable CI set that is an error, but for cargo-deny, which no
-package manager has. docs/testing.md tells what is tested how.
+package manager has. docs/testing.md says what is tested how.
 
 Examples:
   cargo xtask test                 everything that the tools of this machine allow

@@ -37,8 +37,8 @@ fn is_available() -> bool {
 /// # Errors
 /// When it finds something or a test fails.
 fn check_memory(workspace: &Workspace) -> Result<()> {
-    /// Tests that repeat others many times, among them the table of all functions of FMI 3.0 in all modes, most of whose
-    /// time is that of 800 instances; or that start programs of their own.
+    /// Tests that repeat others many times, such as the table of all functions of FMI 3.0 in all modes, which mostly makes 800
+    /// instances; or that start programs of their own.
     const LONG: [&str; 8] = [
         "for_every_law",
         "whatever_the_law",

@@ -1,4 +1,4 @@
-//! Directional and adjoint derivatives, and those of outputs with respect to time.
+//! Directional and adjoint derivatives, and derivatives of outputs by time.
 
 use pneumatic_servo::model::Model;
 use pneumatic_servo::variables::{Kind, Role, Table, Variable};

@@ -42,7 +42,7 @@ fn steps_to(instance: &Instance3, end: f64) -> Vec<f64> {
     }
 }
 
-/// Makes the error of a run, which ends at other communication points, smaller than that of an event.
+/// Makes the error of a run, which ends at other communication points, smaller than the error of an event.
 const TIGHT: f64 = 1e-10;
 
 /// When the carriage breaks away at a constant voltage, by halving the interval with steps of co-simulation of FMI 2.0.
@@ -99,7 +99,7 @@ fn step_ends_where_its_own_path_breaks_away_at_the_default_tolerance() {
         let (mut seen, mut rate) = ([f64::NAN], [f64::NAN]);
         assert_eq!(instance.get(&[reference], &mut seen), OK);
         assert_eq!(instance.output_rates(&[vr("pressureForce")], &[1], &mut rate), OK);
-        // What the force exceeds that of break-away by, as a time. Events are located to a thousandth of the tolerance of a
+        // The excess of the force over break-away, as a time. Events are located to a thousandth of the tolerance of a
         // step, which is no longer than 0.1 s here.
         let late = (HYSTERESIS - seen[0]) * nominal / rate[0].abs();
         assert!((0.0..1e-10).contains(&late), "{late} s after the event");

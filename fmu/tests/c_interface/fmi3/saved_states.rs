@@ -54,7 +54,7 @@ fn states_of_other_kinds_are_refused() {
     }
 }
 
-/// The state of a co-simulation is the same whatever the version of the standard.
+/// The state of a co-simulation is the same in both versions of the standard.
 #[test]
 pub fn states_go_from_one_version_to_the_other() {
     let (two, three) = (Instance::with_law(STRIBECK as i32), Instance3::cylinder(Way::Steps, STRIBECK, 5.0));

@@ -59,7 +59,7 @@ impl Translation<'_> {
         Ok(())
     }
 
-    /// The statement that leaves the block so many blocks up, with its result.
+    /// The statement that leaves the block at a depth, with its result.
     pub(super) fn branch(&mut self, depth: u32) -> Result<String> {
         let target = self.frames.len().checked_sub(1 + depth as usize).context("a branch out of the function")?;
         let frame = &mut self.frames[target];

@@ -34,7 +34,7 @@ impl Translation<'_> {
         Ok(())
     }
 
-    /// Traps unless there are so many bytes from an address on; what is not known to be there is compared, as a variable.
+    /// Traps unless `bytes` bytes from an address are in memory; compares only where that is not known.
     pub(super) fn ensure_within(&mut self, place: usize, bytes: u64) {
         if self.bounds.has(&self.stack[place], bytes) {
             return;
@@ -46,8 +46,8 @@ impl Translation<'_> {
         self.line(comparison);
     }
 
-    /// Copies or fills memory, by a function whose first arguments are so many addresses. Mostly it is known how much, that of
-    /// a structure: then addresses are compared as for any access.
+    /// Copies or fills memory, by a function whose first arguments are addresses. Usually the size, of a structure, is known: then
+    /// addresses are compared as for any access.
     pub(super) fn on_memory(&mut self, function: &str, addresses: usize) -> Result<()> {
         let known = self.stack.last().and_then(Entry::number).filter(|bytes| *bytes <= self.surroundings.margin);
         if let Some(bytes) = known {

@@ -131,7 +131,7 @@ fn an_address_is_compared_again_where_a_path_comes_in_that_did_not_or_changed_it
 
 const DEAD: &[u8] = &[0x00];
 
-/// Behind a trap nothing is reached until the end of its block, whatever blocks are within.
+/// Code behind a trap is unreachable until the end of its block, inner blocks included.
 #[test]
 fn what_is_never_reached_is_left_out_with_the_blocks_within() -> Result<()> {
     let alive = lines(&[BLOCK, LEAVE_IF, DEAD, END, ADDRESS, LOAD])?;

@@ -75,7 +75,7 @@ pub fn all() -> String {
     models::ALL.iter().map(of).collect()
 }
 
-/// Those of a model.
+/// The experiments of a model.
 pub fn of(model: &Model) -> String {
     let variables = model.table();
     let (step, steps, courses) = (model.experiment.step_size, model.experiment.steps(), courses(model));

@@ -44,8 +44,8 @@ pub fn run(workspace: &Workspace) -> Result<()> {
     again.compare(workspace, &libraries)
 }
 
-/// Builds, runs and compares the libraries of the platforms that can be run here, or says what that would need. Those of other
-/// platforms are compiled in half of the time, with less optimization; their bits are the same.
+/// Builds, runs and compares the libraries of the platforms that can be run here, or names the missing tools. Libraries for other
+/// platforms are compiled in half of the time, with less optimization and the same bits.
 ///
 /// # Errors
 /// When a test fails, or under CI when a tool is missing.

@@ -53,7 +53,7 @@ impl Reproduction {
     }
 }
 
-/// Compares the files of a folder with those of the same names in another.
+/// Compares the files of a folder with the files of the same names in another.
 fn compare_files(folder: &Path, other: &Path) -> Result<()> {
     for entry in std::fs::read_dir(folder).with_context(|| format!("cannot list {}", folder.display()))? {
         let file = entry?.path();

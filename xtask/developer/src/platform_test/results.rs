@@ -4,7 +4,7 @@ use anyhow::{Context, Result, bail, ensure};
 
 use super::experiment::{EVENTS, FMI2, FMI3};
 
-/// The results must be those of every run of the experiments to its end.
+/// The results must contain every run of the experiments to its end.
 ///
 /// # Errors
 /// When runs are missing.
@@ -33,7 +33,7 @@ pub fn same(machine: &str, reference: &str, results: &str) -> Result<()> {
         }
     }
     ensure!(ours.next().is_none(), "{machine} gave more than linux64");
-    println!("{machine}: {runs} runs, {numbers} numbers, saved states included, are those of linux64 bit for bit");
+    println!("{machine}: {runs} runs, {numbers} numbers, saved states included, equal linux64's bit for bit");
     Ok(())
 }
 

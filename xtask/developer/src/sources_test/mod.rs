@@ -32,8 +32,8 @@ use self::target::Target;
 use crate::platform_test::{Machine, experiments_of, same};
 use crate::valgrind;
 
-/// Compiles and runs the sources of all models, and those of the cylinder for all targets, or only those of some models or for
-/// some targets; a missing tool is an error.
+/// Compiles and runs the sources of all models, and of the cylinder for all targets, or only for some models or targets; a missing
+/// tool is an error.
 ///
 /// # Errors
 /// When a tool is missing, a step fails or a bit differs, or nothing is called as is asked for.
@@ -213,7 +213,7 @@ fn on_targets(
     needs
 }
 
-/// FMPy compiles FMUs of both versions as it compiles those of others, and runs them beside the library in Rust.
+/// FMPy compiles FMUs of both versions, as for its users, and runs them beside the library in Rust.
 fn by_fmpy(workspace: &Workspace, model: &'static Model, module: &[u8]) -> Result<()> {
     let library = Library::for_tests(workspace)?;
     let venv = Venv::prepare(workspace, Requirements::TESTS)?;

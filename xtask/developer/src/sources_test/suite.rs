@@ -47,10 +47,10 @@ pub fn run(workspace: &Workspace, model: &Model, library: &Path) -> Result<()> {
 pub fn fuzz(workspace: &Workspace, model: &Model, library: &Path, round: u64) -> Result<()> {
     let mut fuzz = of(workspace, "fuzz", model, library);
     if model.table().number_of_states() == 0 {
-        // Forged states are those of models with states.
+        // Forged states need a model with states.
         fuzz.args(["--skip", "model_exchange", "--skip", "forged_states"]);
     }
-    // So many that every kind of call comes about with a single model.
+    // Enough for every kind of call with a single model.
     process::run(fuzz.env("SERVO_FUZZ_CALLS", "60000").env("SERVO_FUZZ_SEED", (1 + 1000 * round).to_string()))
 }
 
