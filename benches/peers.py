@@ -37,7 +37,7 @@ Array = NDArray[np.float64]
 STEP, STEPS, TOLERANCE = 1e-3, 3000, 1e-6
 TIMES = np.arange(STEPS + 1) * STEP
 FINE = 100
-"""Into so many parts a step is divided where the reference is given the sine itself."""
+"""Parts of a step where the reference is given the sine itself."""
 LAW, SETTINGS = 14, {"friction.law": "LuGre", "valve.hysteresis": 0.0, "supplyPressure": 6e5}
 ROOT = Path(__file__).resolve().parents[1]
 SLIDE = """

@@ -27,7 +27,7 @@ INTERVALS, DEGREE = 40, 3
 LAWS = {"SmoothCoulomb": 4, "Stribeck": 7}
 PRESSURE, SUPPLY, AMBIENT = 3e5, 6e5, 101325.0
 ROD_SHARE = (0.006 / 0.016) ** 2
-"""Area of the rod relative to that of the bore."""
+"""Area of the rod relative to the bore's."""
 
 PARAMETERS = {
     "position0": START,

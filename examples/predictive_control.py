@@ -2,7 +2,7 @@
 
 Every 20 ms the controller rolls out 1,000 sequences of voltages over the next 120 ms from what it measures (position,
 velocity, pressures), weighs them by their cost (path-integral control) and applies the first voltage of the mean. Its
-model is the plant with another friction law than that of the plant it controls. The PositionController has an
+model is the plant with another friction law than the controlled one. The PositionController has an
 integrator: where the carriage sticks it hunts around the target.
 
 Usage: python examples/predictive_control.py [--rollouts 1000] [--duration 3] [--plot predictive_control.png]

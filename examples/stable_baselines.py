@@ -19,7 +19,7 @@ PLANTS, EPISODES = 16, 40
 
 
 def learn(steps: int, seed: int) -> tuple[float, float]:
-    """The mean reward of a step before and after so many steps of learning."""
+    """The mean reward of a step before and after a number of steps of learning."""
     try:
         from stable_baselines3 import PPO
         from stable_baselines3.common.env_util import make_vec_env

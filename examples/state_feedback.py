@@ -2,7 +2,7 @@
 
 The plant is linearised while it slides slowly, with nothing else moving. Position, velocity and acceleration are its
 states for the design; the spool, which is ten times faster, is the input. Outside the design the valve's dead zone is
-jumped over, and the friction law of the run may differ from that of the design.
+jumped over, and run and design may have different friction laws.
 
 Usage: python examples/state_feedback.py [--law LuGre] [--plot state_feedback.png]
 """

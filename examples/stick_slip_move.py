@@ -1,6 +1,6 @@
 """Plans a move from rest to rest through stiction, by L-BFGS on 500 voltages with the exact gradient of the run.
 
-Nothing is smoothed: the friction is that of Stribeck, which sticks and slips, and the gradient that of `Run.vjp`.
+Nothing is smoothed: the friction law is Stribeck, which sticks and slips, and the gradient comes from `Run.vjp`.
 Beside it Powell's method, which needs no derivatives, with as many runs as it is given. The valve has no play: a
 voltage that rests in it has no derivative.
 

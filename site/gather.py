@@ -1,4 +1,4 @@
-"""Lays out the pages of the site as Sphinx reads them: those of the repository, and those made of its products.
+"""Layout of the pages of the site for Sphinx: of the repository, and made of its products.
 
 The pages of the models are those inside the FMUs, the gallery shows the figures of `studies/gallery.py`, and the
 command line tells its own help. Nothing is written twice.
@@ -128,7 +128,7 @@ def run_program(landing: str, folder: Path) -> None:
 
 
 def picture(root: Path, extra: Path) -> str:
-    """Copy the picture of shared links, and give its address: a whole one where the manifest has that of the site."""
+    """Copy the picture of shared links, and return its address: absolute where the manifest has the site's."""
     shutil.copyfile(root / "docs" / "images" / "playground.png", extra / "shared.png")
     return f"{package_of(root).get('homepage', '').rstrip('/')}/shared.png".lstrip("/")
 
@@ -406,7 +406,7 @@ def command_line_page() -> str:
 
 
 def rust_page(rustdoc: Path) -> str:
-    """A list of the crate's items, so that the search finds them; the pages are those of rustdoc."""
+    """A list of the crate's items, so that the search finds them; the pages are rustdoc's."""
     everything = (rustdoc / "pneumatic_servo" / "all.html").read_text(encoding="utf-8")
     text = [
         "# Rust reference\n",

@@ -48,7 +48,7 @@ class Portrait:
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--fmus", type=Path, help="folder of the FMUs (default: those of the package)")
+    parser.add_argument("--fmus", type=Path, help="folder of the FMUs (default: the package's)")
     parser.add_argument("--output", type=Path, default=ROOT / "target" / "gallery", help="folder of figure and table")
     arguments = parser.parse_args()
     fmus = arguments.fmus or ps.fmus()[0].parent

@@ -3,7 +3,7 @@
 The cylinder runs its default experiment (3 s, 5 +- 2 V, 1 Hz, communication steps of 1 ms) ten times, each time from
 another phase of the sine. Of each communication step the attempts of the solver are counted, rejected ones among them.
 With the program `steps` of the benchmark, a library of the FMUs and valgrind the instructions are counted, too, in the
-first of these runs: those of the calls of `fmi2DoStep`. Both are the same each time, on a busy machine as well, where
+first of these runs, in the calls of `fmi2DoStep`. Both are the same each time, on a busy machine as well, where
 times are not. A table is printed and left in a folder.
 
 Usage: python studies/costly_steps.py [--count PROGRAM LIBRARY] [--laws LAW ...] [--output FOLDER], for example with

@@ -30,7 +30,7 @@ OUTPUTS = ["position", "velocity", "frictionForce", "pressureA", "pressureB", "s
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("ssp", type=Path, nargs="?", help="default: that of the package")
+    parser.add_argument("ssp", type=Path, nargs="?", help="default: the package's")
     parser.add_argument("--output", type=Path, default=ROOT / "target" / "gallery", help="where that folder is made")
     arguments = parser.parse_args()
     ssp: Path = arguments.ssp or next(file for file in ps.fmus() if file.suffix == ".ssp")

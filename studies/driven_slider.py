@@ -160,7 +160,7 @@ def study_acceleration(options: argparse.Namespace) -> None:
         for axis in axes:
             for place in (MU_DYNAMIC, MU_STATIC, MU_DYNAMIC * triangle):
                 axis.axvline(place, color="#b0b8c0", linewidth=0.8, linestyle="dotted")
-        axes[0].set(ylabel="amplitude / that of the tray", title="first harmonic of the slider's velocity")
+        axes[0].set(ylabel="amplitude / tray's amplitude", title="first harmonic of the slider's velocity")
         axes[1].set(ylabel="delay (deg)", xlabel="largest acceleration of the tray (g)")
         axes[0].legend()
         save(figure, options.output / "DrivenSlider_acceleration.png")

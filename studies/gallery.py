@@ -29,7 +29,7 @@ STYLE = figures.STYLE | {"figure.dpi": 150, "font.size": 9, "axes.titlelocation"
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("fmus", type=Path, nargs="*", metavar="FMU", help="default: those of the package")
+    parser.add_argument("fmus", type=Path, nargs="*", metavar="FMU", help="default: the package's")
     parser.add_argument("--laws", nargs="+", help="some laws only")
     parser.add_argument("--output", type=Path, default=ROOT / "target" / "gallery", help="where the folders are made")
     arguments = parser.parse_args()

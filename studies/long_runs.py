@@ -1,6 +1,6 @@
 """An hour of the cylinder under ten laws, in communication steps of 1 ms with fresh voltages, or as long as you like.
 
-Every law runs in two processes, whose bits must be the same: those of all outputs, each second. The accounts of mass
+Every law runs in two processes, whose outputs must have the same bits each second. The accounts of mass
 and energy must close, and no process may grow. Ends with an error where one of this does not hold.
 
 Usage: python studies/long_runs.py [--seconds 604800] [--laws Stribeck LuGre ...]

@@ -116,7 +116,7 @@ def draw_seals(seals: Sequence[Seal]) -> Figure:
 
 
 def tribometer(file: Path, every: int) -> dict[str, Array]:
-    """The record until it is unloaded, every so many samples of 5 ms, with the signs of this library."""
+    """The record until it is unloaded, at an interval of samples of 5 ms, with the signs of this library."""
     rows = np.loadtxt(file, delimiter=",", skiprows=1)
     rows = rows[rows[:, 0] < LOADED][::every]
     return {"time": rows[:, 0], "normalForce": rows[:, 1], "position": 1e-3 * rows[:, 2], "frictionForce": -rows[:, 3]}
@@ -216,7 +216,7 @@ def main() -> int:
     parser.add_argument("data", type=Path, help="folder of the measurements")
     parser.add_argument("--output", type=Path, default=ROOT / "target" / "studies", help="folder of tables and figures")
     parser.add_argument("--laws", nargs="+", default=list(WITH_MEMORY), help="laws for the tribometer")
-    parser.add_argument("--every", type=int, default=20, help="use every so many samples of the tribometer")
+    parser.add_argument("--every", type=int, default=20, help="interval of the used samples of the tribometer")
     options = parser.parse_args()
     options.output.mkdir(parents=True, exist_ok=True)
     write_seals([seal(options.data / "seals", ring) for ring in tqdm(RINGS, disable=None)], options.output)

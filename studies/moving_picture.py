@@ -158,7 +158,7 @@ def plot(across: Row, up: Row, sticking: Row, low: float, high: float) -> Iterab
 
 
 def colour(pressure: float) -> str:
-    """From the colour of ambient air to that of full supply."""
+    """From the colour of ambient air to the colour of full supply."""
     full = min(max((pressure - 101_325) / 500_000, 0.0), 1.0)
     shades = [
         round(empty + full * (filled - empty)) for empty, filled in zip((238, 243, 247), (47, 134, 198), strict=True)

@@ -2,7 +2,7 @@
 
 For each law the experiment that `plan` recommends is done on a rig that is integrated independently of this library
 (synthetic_rig.py), seen by sensors with the noise that the plan was given, again and again with other noise. Each
-record is fitted. Half of the 95 % interval that was foretold is held against the mean of those of the fits, and against
+record is fitted. Half of the predicted 95 % interval is compared with the mean of the fits' intervals, and with
 1.96 standard deviations of the fitted values.
 
 Usage: python studies/plans_kept.py [--laws Coulomb ...] [--repetitions 50] [--duration 3] [--workers N]

@@ -45,7 +45,7 @@ STROKE = 0.5
 ROD = (6.0 / 16.0) ** 2
 """Share of the rod in the area of the bore."""
 REST = 10.0
-"""Time in s at the voltage before that of the test."""
+"""Time in s at the voltage before the test."""
 PATIENCE = 20.0
 """Time in s within which the least voltage moves the carriage."""
 VISIBLE = 1e-3

@@ -222,7 +222,7 @@ def study_basins(options: argparse.Namespace) -> None:
 
 
 def classify(results: list[tuple[int, np.ndarray]]) -> tuple[list[tuple[int, np.ndarray]], list[int]]:
-    """The different attractors, and the number of that of each start. All irregular motions count as one."""
+    """The different attractors, and the number of each start's. All irregular motions count as one."""
     kinds: list[tuple[int, np.ndarray]] = []
     members = []
     for repeat, points in results:

@@ -206,7 +206,7 @@ mod tests {
         assert_eq!(lines[3..], [wanted]);
     }
 
-    /// The row of the page and that of the file have the same numbers; a rival that was not measured has none.
+    /// The rows of page and file have the same numbers; an unmeasured rival has none.
     #[test]
     fn ratios_of_page_and_file_are_the_same() {
         let comparisons = [comparison("LuGre, stiff", 2000.0)];

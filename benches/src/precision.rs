@@ -12,7 +12,7 @@ use crate::rival::{Method, Rival};
 
 /// Tolerance of the reference.
 const REFERENCE_TOLERANCE: f64 = 1e-11;
-/// That of a rival whose input is smooth, against its own run.
+/// The error of a rival with a smooth input, against its own run.
 const SMOOTH_REFERENCE: f64 = 1e-10;
 /// Tolerances of our solver.
 const TOLERANCES: [f64; 15] =

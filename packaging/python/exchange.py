@@ -1,7 +1,7 @@
 """Runs FMUs for model exchange where it is hard: into stops, onto springs, along ropes; exits with 1 if a run fails.
 
 Each run is compared with the solver inside. It must not end in an error, and its position must be within ten times the
-tolerance of that of the solver inside, in metres (`WITHIN`). With `--wrong` the host's solver does not suit the model:
+tolerance, in metres (`WITHIN`), of co-simulation. With `--wrong` the host's solver does not suit the model:
 it may be inaccurate then, but must not end in an error.
 """
 
@@ -118,7 +118,7 @@ class Fmu:
         self.compared = next(name for name in ("position", "trolley[1].position") if name in names)
 
     def runs(self, *, every_law: bool) -> list[Start]:
-        """Start values of the runs of this model: under four laws, or those of the cylinder under all.
+        """Start values of the runs of this model: under four laws, or of the cylinder under all.
 
         Some laws make the other models undamped or chaotic, so that no two solvers agree.
         """

@@ -53,7 +53,7 @@ def course(stated: dict[str, Any]) -> Callable[[float], float]:
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("fmus", type=Path, nargs="+", metavar="FMU")
-    parser.add_argument("--experiments", type=Path, metavar="FILE", help="those of other models, as JSON")
+    parser.add_argument("--experiments", type=Path, metavar="FILE", help="experiments of other models, as JSON")
     arguments = parser.parse_args()
     if arguments.experiments:
         EXPERIMENTS.update(json.loads(arguments.experiments.read_text("utf-8")))

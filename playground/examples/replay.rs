@@ -43,7 +43,7 @@ impl Run {
                 plant
             }
             none => {
-                // A run starts with its first inputs, as that of the page does.
+                // A run starts with its first inputs, as on the page.
                 for (name, value) in self.inputs.iter().zip(values) {
                     self.setup.change(name, *value)?;
                 }

@@ -137,7 +137,7 @@ function within(plot: uPlot, draw: (ctx: CanvasRenderingContext2D) => void): voi
   ctx.restore();
 }
 
-/** The least and the largest of values, with those of others. */
+/** The least and the largest of values, together with an earlier range. */
 function extremes(from: [number | null, number | null], others: readonly ArrayLike<number>[]): [number | null, number | null] {
   let [low, high] = from;
   for (const values of others) {
@@ -173,7 +173,7 @@ export abstract class Chart<D> {
     addEventListener("themechange", () => this.redraw());
   }
 
-  /** Shows data over a range of time, before those of a run that was kept. */
+  /** Shows data over a range of time, in front of the kept run. */
   abstract show(data: D, range: [number, number], kept?: D): void;
   /** What is drawn: the ranges of both axes, and the points of each line. */
   abstract drawing(): { ranges: [[number, number], [number, number]]; lines: Paths };

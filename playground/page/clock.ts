@@ -1,4 +1,4 @@
-// Lets a run keep pace with the wall clock.
+// Pacing of a run by the wall clock.
 
 /** Time in ms that stepping may take of a frame; what does not fit is left out of the pace and counted. */
 const BUDGET = 9;

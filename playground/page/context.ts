@@ -1,4 +1,4 @@
-// What the parts of the page share.
+// Objects that the parts of the page share.
 
 import type { Chart } from "./charts";
 import type { Library } from "./library";

@@ -2,7 +2,7 @@
 
 import { shape } from "./dom";
 
-/** What the drawing shows; the names are those of the model. */
+/** Quantities of the drawing, named as in the model. */
 export const SHOWN = [
   "position",
   "velocity",
@@ -26,7 +26,7 @@ const LONGEST = 64;
 /** Pushing force in N of a pointer that is 1 px of the drawing away, and of an arrow key. */
 const [PER_PX, BY_KEY] = [0.25, 15];
 
-/** Pressure in Pa from the colour of ambient air (0) to that of full supply (1). */
+/** Fraction of a pressure in Pa between ambient air (0) and full supply (1), for its colour. */
 const fullness = (pressure: number): number => Math.min(Math.max((pressure - 101_325) / 600_000, 0), 1);
 
 export class Cylinder {

@@ -1,4 +1,4 @@
-// Elements, made shortly.
+// Short functions that make elements.
 
 import { Refusal } from "./library";
 import type { DisplayUnit } from "./tables";

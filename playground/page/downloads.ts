@@ -1,4 +1,4 @@
-// What a visitor takes home.
+// Downloads: the run, the parameters, a program.
 
 import type { Context, Files } from "./context";
 import { css } from "./charts";

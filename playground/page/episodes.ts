@@ -1,4 +1,4 @@
-// What happens to a carriage in a recording: where it sticks, breaks away, and rests against an end stop.
+// Episodes of a recording: sticking, break-away, rest against an end stop.
 
 import type { Recording } from "./record";
 

@@ -1,4 +1,4 @@
-// A page on which plants run with the wall clock: its buttons, its input, its run.
+// A page of plants that run with the wall clock: its buttons, its input, its run.
 
 import { Clock } from "./clock";
 import type { Cylinder } from "./cylinder";

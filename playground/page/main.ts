@@ -27,7 +27,7 @@ const PAGES: Record<View, new (context: FitContext) => Page> = {
   race: Race,
   fit: Fit,
 };
-/** A slot for trying out values, beyond those of the pages. */
+/** A slot for trying out values, not used by the pages. */
 const TRIAL = 7;
 
 class Playground implements FitContext {

@@ -1,4 +1,4 @@
-// Sliders of parameters, in the unit that a parameter is best looked at in.
+// Sliders of parameters, each in its customary unit.
 
 import type { Context } from "./context";
 import { element, slider } from "./dom";

@@ -5,7 +5,7 @@ import type { Recording } from "./record";
 /** How many points of a line are drawn at most; more do not fit on the pixels. */
 const DRAWN = 2500;
 
-/** Every so many rows are drawn, from a row whose number is a multiple of it, so that a line does not flicker. */
+/** Interval of drawn rows, from a row whose number is a multiple of it, so that a line does not flicker. */
 export function thinning(recording: Recording, first: number, end = recording.rows): (name: string, factor?: number) => Float64Array {
   const stride = Math.max(Math.ceil((end - first) / DRAWN), 1);
   const from = first - (first % stride);

@@ -1,4 +1,4 @@
-// What a run has given so far: a table with one row per step.
+// The record of a run: a table with one row per step.
 
 /** Rows that are kept: two minutes of steps of 1 ms. */
 const ROWS = 120_000;

@@ -1,4 +1,4 @@
-// Everything that a link restores.
+// Settings of the page, as a link restores them.
 
 import { isSettable, model, type Tables, type Variable } from "./tables";
 import { EXPERIMENTS, type ExperimentName } from "./fit/signals";
@@ -28,7 +28,7 @@ export type Racer = "hand" | "code";
 
 export class Settings {
   view: View = "stick-slip";
-  /** The law that is compared with that of the cylinder: SmoothCoulomb, which creeps where a set-valued law sticks. */
+  /** The law that is compared with the cylinder's: SmoothCoulomb, which creeps where a set-valued law sticks. */
   secondLaw = 4;
   /** The experiment of a fit, and the parameters that are free in it; by default the usual ones of the law. */
   experiment: ExperimentName = "rig";
@@ -94,7 +94,7 @@ export class Settings {
     }
     if (this.view === "two-laws") link.set("second", String(this.secondLaw));
     for (const of of this.models) {
-      // The law is always in the link, because the page does not begin with that of the table everywhere.
+      // The law is always in the link, because some pages do not start with the table's default.
       const law = model(tables, of).variables.find(({ name }) => name === "friction.law");
       if (law) link.set(`${of}.${law.name}`, String(law.start));
       for (const [name, value] of this.values[of]) link.set(`${of}.${name}`, String(value));

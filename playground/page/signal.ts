@@ -1,4 +1,4 @@
-// What a visitor lets an input do over time.
+// Courses of an input over time.
 
 export const KINDS = ["constant", "sine", "ramp", "drawn"] as const;
 export type Kind = (typeof KINDS)[number];

@@ -94,7 +94,7 @@ export function displayUnit(tables: Tables, of: Variable): DisplayUnit {
   return shown ?? { name: of.kind === "Real" && of.of !== "1" ? (of.of ?? "") : "", factor: 1, offset: 0 };
 }
 
-/** A number in at most so many digits, without needless zeros. */
+/** A number with a maximum of digits, without needless zeros. */
 export function short(value: number, digits = 4): string {
   const text = Number(value.toPrecision(digits));
   return Math.abs(text) >= 1e-3 && Math.abs(text) < 1e6 ? String(text) : text === 0 ? "0" : text.toExponential();

@@ -1,4 +1,4 @@
-// Light or dark: as the system says, until the visitor chooses.
+// The theme: the system's, until the visitor chooses light or dark.
 
 /** Makes a button switch between light and dark; charts hear of it by the event `themechange`. */
 export function themeButton(button: HTMLElement): void {

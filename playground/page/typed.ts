@@ -1,4 +1,4 @@
-// Numbers as people type them: "6 bar", "0,5", "1e-3".
+// Typed numbers: "6 bar", "0,5", "1e-3".
 
 import type { DisplayUnit } from "./tables";
 

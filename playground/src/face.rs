@@ -103,7 +103,7 @@ pub extern "C" fn playground_ssv(count: usize, bytes: usize) -> u32 {
     })
 }
 
-/// Room for the question of a fit of so many bytes: where it is, until the next call.
+/// Address of memory for the question of a fit, with a size in bytes, valid until the next call.
 // SAFETY: as for `playground_buffer`.
 #[unsafe(no_mangle)]
 pub extern "C" fn playground_question(bytes: usize) -> *mut u8 {
@@ -111,7 +111,7 @@ pub extern "C" fn playground_question(bytes: usize) -> *mut u8 {
     QUESTION.with_borrow_mut(|question| question.as_mut_ptr())
 }
 
-/// Room for so many samples of a fit: where it is, until the next call.
+/// Address of memory for a number of samples of a fit, valid until the next call.
 // SAFETY: as for `playground_buffer`.
 #[unsafe(no_mangle)]
 pub extern "C" fn playground_samples(count: usize) -> *mut f64 {

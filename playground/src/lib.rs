@@ -1,6 +1,6 @@
 //! The plant for a web page: models, variables and runs behind plain functions of WebAssembly.
 //!
-//! The page writes numbers into a buffer, calls a function, and reads numbers or a text back. Whatever it passes is
+//! The page writes numbers into a buffer, calls a function, and reads numbers or a text back. Everything it passes is
 //! checked first, because a panic would end the page.
 
 mod error;

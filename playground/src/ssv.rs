@@ -38,7 +38,7 @@ mod tests {
 
     const TEXTS: &str = "Loop\0Set \"here\"\x002026-01-02T03:04:05Z\0plant.\0controller.\0";
 
-    /// The number of a model, and that of one of its variables.
+    /// The numbers of a model and of one of its variables.
     fn places(model: &str, name: &str) -> [f64; 2] {
         let place = models::ALL.iter().position(|known| known.name == model).expect("a model");
         let variables = models::ALL[place].table();

@@ -7,7 +7,7 @@
 True
 
 All quantities are in SI units, unless a unit is given, as in ``{"supplyPressure": "6 bar"}``. The same inputs give the
-same bits on every machine, and those of the FMU.
+same bits on every machine and in the FMU.
 """
 
 from importlib import import_module as _import_module

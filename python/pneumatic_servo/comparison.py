@@ -69,14 +69,14 @@ class Comparison:
 
     @property
     def columns(self) -> list[str]:
-        """The columns of the table: those of `COLUMNS`, and with ``consumption.enabled`` the air that was drawn."""
+        """The columns of the table: `COLUMNS`, and with ``consumption.enabled`` the air consumption."""
         counts = COUNTED in self.runs.variables and all(run.settings.get(COUNTS) for run in self.runs)
         return [*COLUMNS, AIR] if counts else COLUMNS
 
     def rows(self) -> list[tuple[Any, ...]]:
         """Return the table: travel and largest values, time at rest, and the position's rms distance from the first.
 
-        The columns are those of `columns`. A law that does not come to its end is measured as far as it comes.
+        The columns are `columns`. A law whose run fails is measured up to the failure.
         """
         return [(law, *self._facts(run)) for law, run in zip(self.laws, self.runs, strict=True)]
 

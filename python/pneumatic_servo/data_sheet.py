@@ -66,7 +66,7 @@ class DataSheet:
     area : float, optional
         Effective area of the open valve in mm2, discharge coefficient included.
     critical_ratio : float, optional
-        Critical pressure ratio of the valve; by default 0.3, and 0.528, that of a nozzle, with an `area`.
+        Critical pressure ratio of the valve; by default 0.3, or with an `area` 0.528, as of a nozzle.
     hysteresis : float, optional
         Hysteresis of the valve in % of its whole range of commands.
     hose : tuple of float or str, optional
@@ -233,7 +233,7 @@ class DataSheet:
         yield Entry("mass.carriage", self.mass, "mass", assumption="the mass of piston and rod is small beside it")
         yield self._flow()
         stated = self.critical_ratio is not None or self.conductance is not None
-        usual = "that of a nozzle" if self.area is not None else "the usual value of valves"
+        usual = "the value of a nozzle" if self.area is not None else "the usual value of valves"
         yield Entry("valve.b", self._ratio, "b", "ISO 6358", "" if stated else usual)
         if self.hysteresis is not None:
             formula = "hysteresis/100: half of its width, of commands from -1 to 1"
@@ -354,7 +354,7 @@ KEPT = (
     "friction.stribeck.sigma2", "friction.stribeck.vs", "valve.deadZone", "valve.leakage", "valve.bandwidth",
     "valve.hysteresis", "chamberA.pressure0", "chamberB.pressure0", "thermal.heatTransfer",
 )  # fmt: skip
-"""What data sheets seldom state; viscous friction and Stribeck velocity stand for those of all laws."""
+"""Quantities that data sheets seldom state; viscous friction and Stribeck velocity stand for those of all laws."""
 
 MAGNITUDES: dict[str, tuple[float, float, str, tuple[str, float]]] = {
     "bore": (1.0, 1000.0, "mm", ("m", 1e3)),
@@ -446,4 +446,4 @@ def kept_table(sheet: DataSheet, unit: Callable[[str], str]) -> str:
 
 
 FIRST = ("friction.stribeck.Fs", "friction.stribeck.Fc", "friction.stribeck.sigma2", "friction.stribeck.vs")
-"""Friction parameters that stand for those of all laws."""
+"""Friction parameters of one law that represent all laws."""

@@ -1,4 +1,4 @@
-"""Parameters that have no effect beside others: those of another law or actuator, or of an option that is off."""
+"""Parameters without effect beside others: of another law or actuator, or of an option that is off."""
 
 from __future__ import annotations
 

@@ -20,7 +20,7 @@ MOST = 2.0**53
 
 @dataclass(frozen=True)
 class Grid:
-    """Points ``start + index * step``; a row is recorded at the start, after every so many steps, and at the end.
+    """Points ``start + index * step``; a row is recorded at the start, at an interval of steps, and at the end.
 
     Each step ends exactly at its point plus its size, as one of an FMU does.
     """
@@ -59,7 +59,7 @@ class Grid:
 
     def times(self) -> NDArray[np.float64]:
         """Return the times in s of the rows."""
-        # Those of the rows alone: a long run of short steps may have few.
+        # Times of the rows only: a long run of short steps may have few.
         return self._points(self.every)
 
     def _points(self, every: int) -> NDArray[np.float64]:

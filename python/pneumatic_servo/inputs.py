@@ -36,7 +36,7 @@ As a host applies it to an FMU, the value at each communication point is held ov
 """
 FORMS_OF_POINTS = ("hold", "lines")
 ULPS = 8.0
-"""Held points count from so many units in the last place before their time on: communication points are rounded."""
+"""Units in the last place by which held points count earlier, since communication points are rounded."""
 Values = Any
 """A value that all runs share, or one per run; with a unit as for one."""
 Inputs = Mapping[str, Input]
@@ -270,7 +270,7 @@ def _is_constant_with_unit(given: Any) -> bool:
 
 
 def points(variable: Variable, given: tuple[Any, ...]) -> tuple[Array, Array]:
-    """Check times and values; the last axis of the values is that of the times."""
+    """Check times and values; the last axis of the values is the time."""
     given = _with_one_unit(given)
     unit = given[2] if len(given) == 3 and isinstance(given[2], str) else None
     if len(given) != 2 and unit is None:
@@ -401,7 +401,7 @@ def settings_of_runs(
 ) -> list[dict[str, Value]]:
     """Return the settings of each of many runs, from a list of them or from arrays that hold one value per run.
 
-    `of_one` reads the settings of one run, whatever has them.
+    `of_one` reads the settings of one run.
     """
     if hasattr(parameters, "columns") and hasattr(parameters, "iloc"):
         parameters = {str(name): parameters[name].tolist() for name in parameters.columns}

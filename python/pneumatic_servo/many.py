@@ -20,7 +20,7 @@ Courses = float | Array | tuple[Array, Array]
 LOOK = 0.1
 """How often in s it is looked which pieces are done."""
 PIECES = 64
-"""Into so many pieces at most the work of an executor is cut: as many as there may well be workers, few to send."""
+"""Most pieces of the work of an executor: enough for many workers, few to send."""
 
 
 @dataclass(frozen=True)
@@ -192,7 +192,7 @@ def _wait(tasks: Sequence[Future[Done]], sizes: Sequence[int], progress: Callabl
     KeyboardInterrupt
         Here, or in a worker: a terminal interrupts both, and a worker may be the first to tell.
     Exception
-        Whatever a task has raised.
+        The exception of a task.
     """
     left = set(tasks)
     while left:

@@ -143,7 +143,7 @@ class Model(ModelDescription):
     ) -> Run:
         """Run the model once.
 
-        The results are, bit for bit, those of the FMU driven at the same communication points.
+        The results equal, bit for bit, the FMU's at the same communication points.
 
         Parameters
         ----------
@@ -160,7 +160,7 @@ class Model(ModelDescription):
             valve voltage saturates at 0 and 10 V, which one tells, too. A table in a file, a DataFrame or an earlier
             run give all their inputs; their other columns are ignored.
         stop, step, start : float, optional
-            End, size of the communication steps, and begin in s; by default those of the default experiment.
+            End, size of the communication steps, and begin in s; by default as in the default experiment.
         outputs : sequence of str, optional
             Variables to record; by default the inputs given and all outputs of the model.
         every : int
@@ -518,7 +518,7 @@ class Model(ModelDescription):
         parameters, inputs, stop, step, executor, controller, period, delay, progress
             As for `simulate_many`, the same for all laws.
         outputs : sequence of str
-            Variables to record besides those of the table.
+            Variables to record besides the table's.
 
         Returns
         -------
@@ -592,7 +592,7 @@ class Model(ModelDescription):
         inputs, outputs : sequence of str
             Inputs and outputs of the linear system.
         trim : bool
-            Whether the states and those of `inputs` that `at` does not give are chosen so that nothing else moves;
+            Whether the states and `inputs` not in `at` are chosen so that nothing else moves;
             otherwise they have the values with which a run starts.
 
         Returns

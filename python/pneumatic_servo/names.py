@@ -7,7 +7,7 @@ from collections.abc import Iterable
 
 
 def similar(name: str, known: Iterable[str], number: int = 3) -> list[str]:
-    """Return the known names that resemble one the most: whatever the case, or by a part of it."""
+    """Return the known names that resemble one the most, ignoring case, also by a part of it."""
     by_lower: dict[str, str] = {}
     for one in known:
         by_lower.setdefault(one.lower(), one)

@@ -18,11 +18,11 @@ SATURATES: dict[str, tuple[float, float]] = {"valveVoltage": (0.0, 10.0)}
 HARDLY = 1.0
 """Acceleration in m/s2, by the push of `PUSH` on the piston, below which a machine hardly moves."""
 PUSH = 1e6
-"""Pressure in Pa beyond that of any usual supply."""
+"""Pressure in Pa beyond any usual supply."""
 FAR = 50.0
-"""An input that is given for so many times the length of a run is hardly meant for it."""
+"""Length of an input, relative to the run's, from which it is probably a mistake."""
 LATE = 1e-6
-"""Times are the same within so many steps."""
+"""Tolerance of equal times, in steps."""
 
 
 def tell(

@@ -167,7 +167,7 @@ class Run:
     def to_pandas(self) -> pandas.DataFrame:
         """Return a table with a column per variable and the time in s as its index.
 
-        Inputs are those of the step that begins at each row, as in `to_csv`, so that the table can be simulated and
+        Inputs belong to the step that begins at each row, as in `to_csv`, so that the table can be simulated and
         fitted as it is, also after it was edited or written by pandas.
         """
         try:
@@ -336,7 +336,7 @@ class Runs(Sequence[Run]):
     variables : Variables
         What is recorded.
     numbers : list of int
-        The number of each run: of a part of a study those of the study.
+        The number of each run: in a part of a study, its number in the study.
     inputs : dict or None
         What drove them, by which a study that is resumed is known again.
     """

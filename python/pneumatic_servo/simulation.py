@@ -401,7 +401,7 @@ class _Asked:
 def _resumed(
     model: ModelDescription, settings: Mapping[str, Value], saved: SavedState, followers: Followers
 ) -> Simulation:
-    """Return a simulation that goes on from a saved state; whatever is unusual about it was told before."""
+    """Return a simulation that goes on from a saved state, without repeating warnings."""
     simulation = Simulation(model._native.start(list(settings.items()), 0.0), model, settings, followers)
     simulation.restore(saved)
     return simulation

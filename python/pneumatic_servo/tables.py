@@ -73,13 +73,13 @@ def is_counted(index: Any) -> bool:
 
 
 def _array(series: Any) -> NDArray[Any]:
-    """Return the values of a Series; times of a zone as those of the world."""
+    """Return the values of a Series; times with a zone as UTC."""
     is_zoned = getattr(series.dtype, "tz", None) is not None
     return np.asarray(series.dt.tz_convert(None) if is_zoned else series)
 
 
 def numbers(column: Any) -> NDArray[np.float64]:
-    """Return a column as numbers; of dates and times, also those of texts, the seconds since the first.
+    """Return a column as numbers; of dates and times, also as text, the seconds since the first.
 
     Raises
     ------

@@ -33,7 +33,7 @@ SETTLING_STEP, SETTLING_STEPS = 5e-5, 2000
 RUN_IN, RUN_IN_SPEED, RUN_IN_TIME = 1e-3, 0.02, 0.02
 """In m, m/s and s: the way on which friction forgets a rest, the least speed there, the duration of the given speed."""
 VACUUM = 0.01
-"""Share of its start below which no pressure or temperature is that of a plant, though rates may vanish there."""
+"""Share of its start below which a pressure or temperature is not physical, though rates may vanish there."""
 TOLERANCE = 1e-9
 """Largest rate at rest, in nominal units: far below what a run at the default tolerance resolves."""
 
@@ -76,7 +76,7 @@ class OperatingPoint:
         """Find free states and inputs for which all rates vanish.
 
         The point of a slow motion lies in the gap just beyond the dead zone of the valve, which Newton's method misses
-        easily. That of a faster motion is found more easily, and leads there.
+        easily. The point of a faster motion is found more easily, and leads there.
         """
         start = self.simulation.save()
         reason = self._search(start)
@@ -115,13 +115,13 @@ class OperatingPoint:
         self._run_in()
 
     def _faster(self) -> list[float]:
-        """Return how many times faster motions may be whose point leads to that of the given motion."""
+        """Return factors of faster motions whose points lead to the point of the given motion."""
         speeds = [abs(self.given[name]) / (self.variables[name].nominal or 1.0) for name in self.speeds]
         largest = max(speeds, default=0.0)
         return [times for times in FASTER if 0.0 < times * largest <= FASTEST]
 
     def _follow(self, start: SavedState, times: float) -> bool:
-        """Find the point of a motion that is so many times faster, and follow it down to the given motion."""
+        """Find the point of a motion faster by a factor, and follow it down to the given motion."""
         self._hold(times)
         found = not self._search(start)
         while found and times > 1.0:
@@ -133,7 +133,7 @@ class OperatingPoint:
         return found and not self._lost()
 
     def _hold(self, times: float) -> None:
-        """Hold what is given, but a motion so many times faster."""
+        """Hold the given values, with a motion faster by a factor."""
         self.held = {name: times * value if name in self.speeds else value for name, value in self.given.items()}
 
     def _left(self, residual: Array) -> str:
@@ -199,7 +199,7 @@ class OperatingPoint:
         self._travel(place, end, rate, speed)
 
     def _travel(self, place: str, end: float, rate: str, speed: float) -> None:
-        """Go to a place at a speed; whatever else is free follows."""
+        """Go to a position at a speed; the other free values follow."""
         for _ in range(2 * SETTLING_STEPS):
             self.simulation.move_states({rate: speed})
             left = (end - self.simulation[place]) / speed

@@ -120,7 +120,7 @@ def _meant(variable: Variable, value: float) -> str:
 
 
 LIKELY = {"mm", "bar", "kPa", "ms", "degC", "deg", "cm3", "g", "dm3/(s.bar)", "mm/s"}
-"""Units that people take for those of the model."""
+"""Units that people confuse with the model's."""
 
 
 def _item(variable: Variable, given: object) -> Value:

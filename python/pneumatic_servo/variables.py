@@ -69,7 +69,7 @@ class Variable:
     text : str
         What the variable is.
     meaning : str or None
-        What a parameter of a friction law means, whatever its name is: ``static friction``, for example.
+        Meaning of a parameter of a friction law, independent of its name: ``static friction``, for example.
     counts_for : tuple of str, or None
         The enumeration and the item for which alone a parameter counts: ``("friction.law", "LuGre")``.
     """
@@ -166,7 +166,7 @@ class Variables(Mapping[str, Variable]):
         return list(self)
 
     def matching(self, words: str) -> Variables:
-        """Only those whose name or text has all the words, whatever the case."""
+        """Return the variables whose name or text has all the words, ignoring case."""
         wanted = words.lower().split()
         found = (v for v in self.values() if all(word in f"{v.name} {v.text}".lower() for word in wanted))
         return Variables(found)

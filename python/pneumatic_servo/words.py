@@ -1,4 +1,4 @@
-"""Names of arguments in messages: those of Python, or options of the command line."""
+"""Names of arguments in messages: of Python, or options of the command line."""
 
 from __future__ import annotations
 

@@ -2,7 +2,7 @@
 "use strict";
 
 (() => {
-  /** Words of the field that mean nearly the same; a word also finds those of its line. */
+  /** Synonyms of the field; a word also finds the others of its line. */
   const SYNONYMS = [
     ["stiction", "static friction", "break-away"],
     ["sticking", "stick", "stuck"],
@@ -22,7 +22,7 @@
     ["mpc", "optimal control"],
     ["uncertainty", "interval"],
   ];
-  /** How much a page counts beside those of the documentation: what was changed and how it is made comes later. */
+  /** Weight of a page relative to the documentation: changes and internals come later. */
   const WEIGHTS = [
     [/^(CHANGELOG|RELEASING|CODE_OF_CONDUCT|SECURITY|tests\/)/, 0.25],
     [/^(CONTRIBUTING|README|python\/|reference\/rust|gallery|models\/)/, 0.25],
@@ -30,7 +30,7 @@
     [/^laws\//, 0.4],
     [/^docs\/(start\/|friction-laws|parameters)/, 1.4],
   ];
-  /** At most so many pages, sections below one, and characters of an excerpt. */
+  /** Most pages, sections below one, and characters of an excerpt. */
   const [PAGES, MORE, EXCERPT] = [20, 3, 220];
 
   /** Words, as they stand and in their parts: `deadZone` is `dead` and `zone`, too. */

@@ -158,7 +158,7 @@ def load_and_unload(library: Path, token: bytes, version: int) -> None:
 @pytest.mark.skipif(platform.libc_ver()[0] != "glibc", reason="the heap is asked through glibc")
 @pytest.mark.parametrize("version", [2, 3])
 def test_library_leaves_no_memory_behind_when_it_is_unloaded(fmus: Path, tmp_path: Path, version: int) -> None:
-    """A study loads and unloads FMUs some thousand times, those of several models in turn."""
+    """A study loads and unloads FMUs of several models in turn, some thousand times."""
     loaded = []
     for file in sorted((fmus if version == 2 else fmus / "fmi3").glob("*.fmu")):
         description = read_model_description(str(file))

@@ -58,6 +58,6 @@ def test_every_package_is_allowed() -> None:
     assert len(packages) > 200
     refused = {package["name"]: package["license"] for package in packages if not is_allowed(package["license"] or "")}
     assert refused == {}
-    # Those of the project have none; every other comes from the registry.
+    # Packages of the project have none; every other comes from the registry.
     sources = {package["source"] for package in packages if package["source"] is not None}
     assert {source.split("+")[0] for source in sources} <= {"registry", "sparse"} and len(sources) == 1

@@ -102,7 +102,7 @@ def test_laws_that_stop_a_solver_often_end_where_the_solver_inside_does(fmu: Pat
 
 
 def test_explicit_steps_that_explode_are_refused_at_a_cover(fmu: Path) -> None:
-    """The message is that of the state that has no meaning; where nothing explodes nothing is refused."""
+    """The message names the meaningless state; a run that stays finite is not refused."""
     solver, tolerance = WRONG["explicit Euler, 1 ms"]
     with Fmu(fmu) as cylinder:
         for law, is_refused in {"Stribeck": False, "LuGre": True}.items():

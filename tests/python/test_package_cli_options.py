@@ -138,7 +138,7 @@ def test_linearise(
 
 
 def test_linearise_in_nominal_units(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """By hand: each entry times the unit of its column over that of its row."""
+    """By hand: each entry times the unit of its column over the unit of its row."""
     assert main(["linearise", *AT, "--scaled", "--out", "a.npz"]) == 0
     plant = ps.Model()
     plain = plant.linearise(at=POINT)

@@ -194,7 +194,7 @@ def test_sheet_takes_keywords_only() -> None:
 
 
 def test_spring_has_its_forces_at_both_ends() -> None:
-    """Without pressure in the chambers an external force as large as that of the spring holds the carriage."""
+    """Without pressure in the chambers an external force as large as the spring's holds the carriage."""
     sheet = DataSheet(**CYLINDER, qn=700.0, spring=(20.0, 60.0))
     for position, force in [(0.0, 20.0), (0.2, 60.0)]:
         settings = {**sheet.settings, "chamberB.open": True, "position0": position, "friction.law": "None"}

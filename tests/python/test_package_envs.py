@@ -291,7 +291,7 @@ def test_options_that_are_not_known_are_refused(options: dict[str, object], word
 
 
 def test_transitions_are_those_of_the_steps_to_come() -> None:
-    """Bit for bit those of each plant alone; and the steps come to where they would have come without."""
+    """Bit for bit the transitions of each plant alone; and the steps are the same as without transitions."""
     names, outputs = ["valve.C"], ["position", "chamberA.pressure"]
     task = {"laws": ["Stribeck", "LuGre", "CoulombStiction"], "period": 4e-3, "substeps": 2}
     fleet, other = (envs.VectorPositioning(6, workers=workers, **task) for workers in (3, 1))

@@ -76,7 +76,7 @@ def test_fits_are_the_same(executor: Executor) -> None:
 
 
 INTERRUPTED = '''
-"""Long work of two processes, that tells when a part of it is done, and what is left after Ctrl-C."""
+"""Long work of two processes that reports its progress, and the processes left after Ctrl-C."""
 import os
 import sys
 from concurrent.futures import ProcessPoolExecutor

@@ -1,4 +1,4 @@
-"""A study that was interrupted goes on: what is complete is not made again, and the bits are those of one call."""
+"""An interrupted study resumes: complete parts are kept, and the bits equal those of one call."""
 
 from __future__ import annotations
 

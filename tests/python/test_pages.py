@@ -19,7 +19,7 @@ NOT_HERE = {
     "RELEASING.md": "its commands publish",
     "docs/start/python.md": "its command installs, and the environment of the tests has the package",
     "docs/start/data.md": "the same",
-    "docs/start/rust.md": "its command changes a crate, and its program is that of the README",
+    "docs/start/rust.md": "its command changes a crate, and its program is the README's",
     "python/README.md": "its command installs, and the environment of the tests has the package",
     "docs/platforms.md": "its commands build and install",
     "docs/target.md": "its commands build, and compile for minutes: cargo xtask test --sources",

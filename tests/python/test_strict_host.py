@@ -49,7 +49,7 @@ OPTIONS: dict[str, dict[str, float]] = {
 }
 """What the cylinder can have besides, each with the law GMS, whose states are the most."""
 
-pytestmark = pytest.mark.skipif(platform.libc_ver()[0] != "glibc", reason="stacks and traps are those of glibc")
+pytestmark = pytest.mark.skipif(platform.libc_ver()[0] != "glibc", reason="stacks and traps need glibc")
 
 
 class Packed(NamedTuple):

@@ -59,7 +59,7 @@ def test_parameter_study_gives_the_same_rows_on_any_cluster(tmp_path: Path) -> N
     assert rows == rows_of(tmp_path / "given" / "parameters.csv") == rows_of(tmp_path / "processes" / "parameters.csv")
     assert len(rows) == 2 * 9
     assert (tmp_path / "own" / "parameters.png").stat().st_size > 10_000
-    # A wider valve moves the carriage further, whatever the law and the dead zone.
+    # A wider valve moves the carriage further, under every law and dead zone.
     strokes = [float(row["stroke"]) for row in rows]
     assert all(a < b < c for a, b, c in zip(strokes[::3], strokes[1::3], strokes[2::3], strict=True))
 

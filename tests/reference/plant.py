@@ -126,7 +126,7 @@ class Plant:
     """Everything that accelerates the carriage except friction.
 
     State vector: position, velocity, mass and energy of chamber A, mass and energy of chamber B,
-    the two states of the actuator, then those of the hoses A and B and of the vessel, where there are any.
+    the two states of the actuator, then of the hoses A and B and of the vessel, where there are any.
     """
 
     OWN = 8

@@ -49,7 +49,7 @@ def simulate(case: Mapping[str, Any], tolerance: float) -> list[Row]:
 
 
 def configure(parameters: Mapping[str, Value]) -> tuple[dict[str, Value], Law]:
-    """Splits the parameters of a case into those of the plant and a ready friction law."""
+    """Splits the parameters of a case into plant parameters and a ready friction law."""
     own = dict(parameters)
     entry = LAWS[str(own.pop("friction.law", DEFAULT_LAW))]
     prefix = f"friction.{entry.group}."

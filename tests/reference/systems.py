@@ -6,7 +6,7 @@
 Needs NumPy and SciPy. Parameters that a case does not state have the defaults of the description in modelDescription.
 
 Every system is a hybrid automaton: smooth within a mode, whose end is located as an event. Unknowns differ on purpose
-from those of the implementation: the slider is integrated in the frame at rest, the two masses of the vibro-impact
+from the implementation: the slider is integrated in the frame at rest, the two masses of the vibro-impact
 system in their displacement, and the trolleys of the festoon through their mass matrix.
 """
 
@@ -54,7 +54,7 @@ class Friction:
 
 
 class System(ABC):
-    """A hybrid automaton. A mode is whatever the system makes of it."""
+    """A hybrid automaton; each system defines its modes."""
 
     state: Vector
     mode: Any

@@ -175,11 +175,9 @@ fn sources(kind: Kind, home: &Path) -> Result<Vec<(&'static str, String)>> {
         Kind::SetValued => law("hyperbolic_stribeck.rs", "HyperbolicStribeck", "StickSlip<law::@Name@>"),
         Kind::Bristle => law("loaded_dahl.rs", "LoadedDahl", "OneBristle<law::@Name@>"),
         Kind::Full => law("two_bristles.rs", "TwoBristles", "law::@Name@"),
-        Kind::Valve => of_page(
-            home,
-            "LaggedSpool",
-            "//! An actuator of one's own: the cylinder has it beside the library's.",
-        ),
+        Kind::Valve => {
+            of_page(home, "LaggedSpool", "//! An actuator of one's own: the cylinder has it beside the library's.")
+        }
         Kind::Model => of_page(home, "Room", "//! A model of one's own."),
     }
 }

@@ -1,4 +1,4 @@
-// Which column of a table is which signal, and its numbers in SI units.
+// Columns of a table as signals, in SI units.
 
 import type { Tables } from "../tables";
 import type { Table } from "./table";

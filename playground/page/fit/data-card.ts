@@ -1,4 +1,4 @@
-// The table: where it comes from, and which of its columns is which signal.
+// The card of the table: its origin, and the signals of its columns.
 
 import { element, segments } from "../dom";
 import { short } from "../tables";

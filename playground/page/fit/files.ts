@@ -1,4 +1,4 @@
-// What a visitor takes home of a fit: the curves, the fitted set for the FMU, and a program that repeats it.
+// Downloads of a fit: the curves, the fitted set for the FMU, and a program that repeats it.
 
 import type { Files } from "../context";
 import { dictionary } from "../python";

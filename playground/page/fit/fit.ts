@@ -1,4 +1,4 @@
-// A fit: what is asked, and what comes out. The module makes it, as the Python package does.
+// A fit: question and answer of the module, which the Python package uses as well.
 
 import type { Library } from "../library";
 import type { ExperimentName, Signal, Signals } from "./signals";

@@ -1,4 +1,4 @@
-// What is free in a fit, and how the data are used.
+// The card of estimated parameters, and of the use of the data.
 
 import { element } from "../dom";
 import { model, short } from "../tables";

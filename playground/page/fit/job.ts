@@ -1,4 +1,4 @@
-// Work that is done beside the page, by a worker of its own for each piece, so that it can be ended at any time.
+// Jobs, each in a worker of its own, so that it can be ended at any time.
 
 import { byId } from "../dom";
 import type { Answer, Progress, Question } from "./fit";

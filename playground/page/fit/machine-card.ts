@@ -1,4 +1,4 @@
-// What a fit has to know of the machine: whatever nobody gives has its default, and decides about the values all the same.
+// Known values of the machine: those left out have their defaults, which affect the fit all the same.
 
 import { element } from "../dom";
 import { Refusal } from "../library";

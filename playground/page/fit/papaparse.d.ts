@@ -1,4 +1,4 @@
-// What this page uses of papaparse, whose own types bring those of Node along.
+// The part of papaparse that this page uses; its own types require Node's.
 declare module "papaparse" {
   interface Chunk {
     data: string[][];

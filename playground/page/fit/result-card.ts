@@ -1,4 +1,4 @@
-// What a fit has found: values with their intervals, what is left of each signal, and the curves.
+// Result of a fit: values with their intervals, the residual of each signal, and the curves.
 
 import { TimeChart } from "../charts";
 import { element } from "../dom";

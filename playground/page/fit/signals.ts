@@ -1,4 +1,4 @@
-// What can be measured, and what the experiments take of it; the meaning is that of the Python package.
+// Signals that can be measured, and the signals of each experiment, as in the Python package.
 
 export const SIGNALS = {
   time: "s",

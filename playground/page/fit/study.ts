@@ -1,4 +1,4 @@
-// What a visitor has brought and chosen for a fit, and what came of it.
+// The state of a fit on the page: table, choices and result.
 
 import type { Context } from "../context";
 import { byId } from "../dom";

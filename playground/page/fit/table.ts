@@ -1,4 +1,4 @@
-// Tables as the world writes them, read by the rules of the Python package: commas, semicolons, tabs or blanks; decimal
+// Tables from other programs, read by the rules of the Python package: commas, semicolons, tabs or blanks; decimal
 // commas where no comma separates; lines that are empty or begin with #, % or //; units behind the names or below them.
 
 import Papa from "papaparse";

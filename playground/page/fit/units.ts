@@ -1,4 +1,4 @@
-// Units that measured columns may have: those of the library's table, and a few more that recorders write.
+// Units of measured columns: the library's, and a few more that recorders write.
 
 import type { Tables } from "../tables";
 

@@ -1,4 +1,4 @@
-// What a fit usually frees.
+// Parameters that a fit usually estimates.
 
 import { lawGroup, type Model } from "../tables";
 

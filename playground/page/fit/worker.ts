@@ -1,4 +1,4 @@
-// What runs beside the page: it reads tables and fits, so that the page never waits for either.
+// The worker that reads tables and fits, so that the page never waits for either.
 
 import { Library } from "../library";
 import { fit } from "./fit";

@@ -1,8 +1,8 @@
-// The race to 300 mm: when it is over, and who is better.
+// The race to 300 mm: its end and its score.
 
 /** Where the carriage has to come to rest, in m. */
 export const TARGET = 0.3;
-/** Time in s after which it is over, whatever moves. */
+/** Time in s after which it is over. */
 export const LONGEST = 10;
 /** The range of the valve's voltage in V. */
 export const VOLTS: readonly [number, number] = [0, 10];

@@ -1,4 +1,4 @@
-// Runs a cylinder under a visitor's controller, where it can touch neither the page nor the network.
+// The worker that runs a cylinder under a visitor's controller, without access to page and network.
 
 import { Library, type Values } from "../library";
 import { Run, type Member } from "../run";
@@ -10,7 +10,7 @@ export interface Task {
   watched: readonly string[];
 }
 
-/** Columns of the run in the order of what is watched, after that of the time; or why there are none. */
+/** Columns of the run, time first, then the watched variables in their order; or the reason why there are none. */
 export type Answer = { columns: Float64Array[] } | { problem: string };
 
 type Control = (time: number, position: number, velocity: number) => unknown;

@@ -1,4 +1,4 @@
-// The charts that several pages have.
+// Charts of several pages.
 
 import { PathChart, TimeChart, type Line, type Look } from "../charts";
 

@@ -130,7 +130,7 @@ def check_outputs(*outputs: Path | None, inputs: Sequence[Path] = ()) -> None:
 
 
 def check_table(file: Path | None) -> None:
-    """Refuse a table whose ending is that of a figure."""
+    """Refuse a table with the file ending of a figure."""
     if file is not None and file.suffix.lower() in (".png", ".svg", ".pdf", ".jpg", ".jpeg"):
         raise ValueError(f"--out {file}: it is a table; --plot {file} writes a figure")
 

@@ -27,7 +27,7 @@ class Drawing:
     Parameters
     ----------
     figure : matplotlib.figure.Figure, optional
-        Where it is drawn: that of a window; by default one without a window.
+        The canvas, of a window; by default one without a window.
     """
 
     def __init__(self, figure: Any = None) -> None:

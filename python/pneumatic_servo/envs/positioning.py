@@ -29,7 +29,7 @@ from pneumatic_servo.values import number_in
 
 Observation = NDArray[np.float32]
 OPTIONS = ("target",)
-"""What an episode may be asked for; those of many plants also which of them begin anew."""
+"""Options of a reset; of many plants also the mask of plants to restart."""
 MASK = "reset_mask"
 FPS = 25
 """Pictures per second of the plant's time."""
@@ -292,7 +292,7 @@ def _render_mode(given: str | None, metadata: Mapping[str, Any]) -> str | None:
 
 
 def _actions(argument: str, given: Any, shapes: Sequence[tuple[int, ...]]) -> Array:
-    """Return actions as a vector; those of another shape, or that are no numbers, are refused."""
+    """Return actions as a vector; refuse another shape, or values that are not numbers."""
     try:
         actions = np.asarray(given, dtype=np.float64)
     except (TypeError, ValueError):

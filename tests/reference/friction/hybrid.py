@@ -28,7 +28,7 @@ class Regime(ABC):
     direction: int
     """The sign of the velocity throughout the regime; 0 if the regime does not depend on it."""
     held: bool = False
-    """Whether the mass stands still, whatever its velocity state."""
+    """Whether the mass stands still; its velocity state may differ from 0."""
     sticking: bool = False
     """Whether the model reports the mass as sticking."""
 

@@ -45,7 +45,7 @@ impl FrictionLaw for RateAndState {
 
     fn force<S: Scalar>(&self, contact: &Contact<S>, z: &[S], _memory: &(), rates: &mut [S]) -> S {
         let (v, theta) = (contact.velocity, z[0]);
-        // The derivative of `abs` at rest is that of the right side; this has none there, so that mirrored runs are mirrored.
+        // `abs` has its right derivative at rest; this has derivative 0 there, so that mirrored runs are mirrored.
         let speed = (v * v).sqrt();
         rates[0] = -speed * theta / self.distance + 1.0;
         let strength = self.coulomb + self.evolution * (self.reference * theta / self.distance).ln();

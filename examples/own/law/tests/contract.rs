@@ -1,4 +1,4 @@
-//! The contract of laws: a contact that has broken away slides; derivatives and dependencies are those of the equations. Laws
+//! The contract of laws: a contact that has broken away slides; derivatives and dependencies agree with the equations. Laws
 //! that break it are found.
 
 use pneumatic_servo::conformance::{found_dependencies, law};
