@@ -64,7 +64,7 @@ impl<E: System<U>, const N: usize, const U: usize> Embedded<E, N, U> {
     /// Integrates to a time in s.
     ///
     /// # Errors
-    /// [`StepError`] when it cannot be reached; the state is then that of the last accepted solver step.
+    /// [`StepError`] when it cannot be reached; the state is then the last accepted one.
     pub fn advance(&mut self, end: f64) -> Result<(), StepError> {
         self.run.advance(end)
     }

@@ -42,7 +42,7 @@ pub trait Simulation: Send {
     /// Integrates to `end`. Does not allocate.
     ///
     /// # Errors
-    /// [`StepError`] when the end cannot be reached; the state is then that of the last accepted solver step.
+    /// [`StepError`] when the end cannot be reached; the state is then the last accepted one.
     fn advance(&mut self, end: f64) -> Result<(), StepError>;
 
     /// Integrates over a step of a size in s, which the clock of the host need not resolve. Does not allocate.
@@ -57,8 +57,8 @@ pub trait Simulation: Send {
     fn is_finite(&self) -> bool;
 
     /// Integrates to `end`, or to the first event on the way and no further; tells whether there is one. It has not
-    /// happened yet then: it happens with the next [`update`](Self::update), or else when the run goes on. Events that
-    /// inputs set off by a jump, and those of samples, do not stop it. A model without events never stops.
+    /// happened yet then: it happens with the next [`update`](Self::update), or else when the run goes on. Events by a
+    /// jump of an input, and samples, do not stop it. A model without events never stops.
     ///
     /// # Errors
     /// As [`advance`](Self::advance).
@@ -74,8 +74,8 @@ pub trait Simulation: Send {
         Ok(())
     }
 
-    /// Writes the event indicators as the model lists them, each in its own unit and exactly 0 at its event; those of
-    /// [kinks](crate::system::System::kinks), at which nothing happens here, are never negative.
+    /// Writes the event indicators as the model lists them, each in its own unit and exactly 0 at its event. Indicators of
+    /// [kinks](crate::system::System::kinks), which change no mode, are never negative.
     ///
     /// A model without events has nothing to write.
     fn indicators(&self, _indicators: &mut [f64]) {}

@@ -255,7 +255,7 @@ impl<E: System<U>, const N: usize, const U: usize> Simulation for Simulator<E, N
             self.run.system(),
             &self.run.state().0.map(Real::value),
         )?;
-        // The clock of the host and that of the run agree but for rounding: of their difference, of the last step, which may
+        // The clocks of host and run agree but for rounding: of their difference, of the last step, which may
         // end at an event one rounding behind the end, and of the sum.
         let rounding = f64::EPSILON * (2.0 * progress.time().abs() + snapshot.time.abs());
         let is_timely = (start + progress.time() - snapshot.time).abs() <= rounding;

@@ -14,7 +14,7 @@ const STAGES: [[f64; 6]; 7] = [
     [9017.0 / 3168.0, -355.0 / 33.0, 46732.0 / 5247.0, 49.0 / 176.0, -5103.0 / 18656.0, 0.0],
     [35.0 / 384.0, 0.0, 500.0 / 1113.0, 125.0 / 192.0, -2187.0 / 6784.0, 11.0 / 84.0],
 ];
-/// Weights of the fifth order less those of the fourth.
+/// Weights of the fifth order less the weights of the fourth.
 const ERRORS: [f64; 7] =
     [71.0 / 57600.0, 0.0, -71.0 / 16695.0, 71.0 / 1920.0, -17253.0 / 339200.0, 22.0 / 525.0, -1.0 / 40.0];
 
@@ -40,7 +40,7 @@ impl std::fmt::Debug for Host {
 }
 
 impl Host {
-    /// A host at the start of a model with so many states and indicators, under start values and courses of its inputs, at a
+    /// A host at the start of a model with numbers of states and indicators, under start values and courses of its inputs, at a
     /// tolerance relative to the nominal values of the states.
     ///
     /// # Panics

@@ -129,7 +129,7 @@ fn plain<L: FrictionLaw>(law: &L, drive: Drive, memory: &L::Memory<Real>, at: &[
     evaluate(law, drive, memory, &Real::all(at)).into_iter().map(Real::value).collect()
 }
 
-/// Derivatives of force and rates by dual numbers are those of differences, in random motion, in the modes to which it leads.
+/// Derivatives of force and rates by dual numbers equal differences, in random motion and the modes that it reaches.
 /// Central differences with steps of 1e-6 of each variable are good to 1e-5 of the derivative, plus rounding.
 ///
 /// # Panics

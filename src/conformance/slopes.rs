@@ -12,8 +12,8 @@ use crate::variables::{Kind, Role, Table, Variable};
 /// A difference by values that are whole steps from the present one: the steps and the weight of each.
 type Stencil = [(f64, f64); 3];
 
-/// The difference of both sides, and those of one side by a parabola: where the other is not legal, or where the values
-/// have a corner, as at rest against the play of the valve, whose derivative is that of a side.
+/// The central difference, and one-sided ones by a parabola: where the other side is not legal, or where the values have a
+/// corner with a one-sided derivative, as at rest against the hysteresis of the valve.
 const STENCILS: [Stencil; 3] = [
     [(0.0, 0.0), (1.0, 0.5), (-1.0, -0.5)],
     [(0.0, -1.5), (1.0, 2.0), (2.0, -0.5)],
@@ -31,7 +31,7 @@ const COARSE: f64 = 1e-7;
 /// run with moving inputs, and demands the same bits with the solver inside and outside.
 ///
 /// # Panics
-/// When one is not that of a difference. A corner that is met exactly may have the derivative of either side, or of both together.
+/// When a derivative differs from all differences. Exactly at a corner it may be either one-sided derivative or their mean.
 pub fn slopes(setup: &Setup) {
     let mut found = Slopes::default();
     found.run(setup, &|_| true);
@@ -80,7 +80,7 @@ impl Slopes {
     }
 }
 
-/// Something that may vary: its variable, its place among those of its kind, its value and what steps are parts of.
+/// A known of the derivatives: its variable, index within its kind, value, and the magnitude of steps.
 struct Known {
     kind: KnownKind,
     variable: &'static Variable,

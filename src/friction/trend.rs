@@ -33,8 +33,8 @@ impl<S: Scalar> Trend<S> {
         }
     }
 
-    /// The applied force in N as a law sees it at a velocity in m/s, under a [sign](Self::sign): the given one, or for a law that
-    /// [asks](FrictionLaw::asks_for_applied_force) for that of a sliding mass, one beyond all friction.
+    /// The applied force in N as a law sees it at a velocity in m/s, under a [sign](Self::sign): the given one, or a force beyond
+    /// all friction for a law that [asks](FrictionLaw::asks_for_applied_force) for the force on a sliding mass.
     pub fn applied(sign_of_trend: f64, law: &impl FrictionLaw, velocity: S, given: S) -> S {
         let accelerates = sign_of_trend * sign(velocity.value());
         if accelerates != 0.0 && law.asks_for_applied_force() {
@@ -43,7 +43,7 @@ impl<S: Scalar> Trend<S> {
         given
     }
 
-    /// Whether it can be that of a run.
+    /// Whether a run can have it.
     pub fn is_sound(&self) -> bool {
         self.velocity.value().is_finite()
     }

@@ -54,7 +54,7 @@ struct State {
     value: usize,
     /// The place of its rate among the computed ones.
     rate: usize,
-    /// The index of the state that is its rate, if one is: that of a position.
+    /// The index of the state that is its rate, if there is one, as for a position.
     led_by: Option<usize>,
 }
 
@@ -403,7 +403,7 @@ mod tests {
     use crate::system::{Sample, System, Tables};
     use crate::variables::Values;
 
-    /// Nothing but events at one instant: so many that are handled, each by its indicator, and so many samples.
+    /// A system with events at one instant only: a number of handled ones, each with its indicator, and of samples.
     #[derive(Clone)]
     struct Busy {
         switches: usize,

@@ -1,9 +1,9 @@
 //! Running a model with the solver outside: a host integrates the states, watches the indicators, and asks for updates.
 //!
-//! The equations are those of a run with the solver inside. What a host has to know besides:
+//! The equations are the same as in co-simulation. Rules for the host's solver:
 //!
-//! - The vector of states has the length that the table gives it ([`Table::number_of_states`]), whatever the friction law
-//!   and the options: states that are not used keep their start value.
+//! - The vector of states has the length given by the table ([`Table::number_of_states`]), under every friction law
+//!   and option: unused states keep their start value.
 //! - Each indicator has a fixed place and meaning (`Model::indicators`). It is positive while the present modes are
 //!   valid and rests clearly off zero after an [`update`](Exchange::update): by [`HYSTERESIS`], which is also what it takes
 //!   beyond the exact instant until an event is seen. Indicators without use are 1.
@@ -15,8 +15,8 @@
 //!   and end between two events. Delay lines make time events of their own and need nothing.
 //! - Every finite vector of states has rates, values and indicators, since a solver tries states that no run comes to. Beyond
 //!   the [`Limits`](crate::system::Limits) of the states, where volumes, pressures or temperatures would vanish, the
-//!   equations are those of states nearby, and states are led back. What a host accepts there is refused.
-//! - Time is that of the host's clock, and the equations count theirs from the start: a run is the same from any start.
+//!   equations use a nearby state, and states return. A state accepted there is refused.
+//! - Time is the host's; the equations count from the start: a run is the same from any start time.
 //! - Sampled laws and delay lines announce their next time event with every update.
 //!
 //! [`Table::number_of_states`]: crate::variables::Table::number_of_states

@@ -56,7 +56,7 @@ impl<S: Copy> Commands<S> {
         Self { voltage, voltage_a: voltage, voltage_b: voltage }
     }
 
-    /// Those of the actuators of the chambers A and B.
+    /// The values for the actuators of the chambers A and B.
     pub fn of_chambers(self) -> [S; 2] {
         [self.voltage_a, self.voltage_b]
     }

@@ -60,7 +60,7 @@ pub struct Chambers {
     pub bore: Tangent,
     /// Volumes in m3 at length 0: dead volume, hose and tank.
     pub dead_volumes: Tangents,
-    /// Wall areas in m2 at length 0: both covers, and that of a tank.
+    /// Wall areas in m2 at length 0: both covers, and a tank.
     pub walls: Tangents,
     /// Ambient temperature in K.
     pub ambient_temperature: Tangent,

@@ -21,8 +21,8 @@ pub const VISCOSITY: f64 = 1.813e-5;
 /// theta = d/c,  c = sqrt(R*T),  sonic(mdot_i) = clamp(mdot_i, -A*p_i+1/c, A*p_i/c)
 /// ```
 ///
-/// The columns have a third of the length each, `l = L/3`; the volumes at both ends have a sixth of that of the hose, those
-/// between them a third. `phi` is the friction factor times the Reynolds number: laminar below `Re` = 1187, where it meets
+/// Each column has a third of the length, `l = L/3`; the volumes at both ends have a sixth of the hose's, the inner ones a
+/// third. `phi` is the friction factor times the Reynolds number: laminar below `Re` = 1187, where it meets
 /// the law of Blasius. `w_i` is what passes through column `i`. Its difference from `mdot_i` is what passes by the inertia
 /// of the column in `theta`, the time that sound takes across the hose: waves as short as the hose is wide do not run along
 /// it, they spread into fittings and chamber and do not come back. It vanishes in steady flow, and damps a wave of angular
@@ -38,9 +38,9 @@ pub const VISCOSITY: f64 = 1.813e-5;
 /// A hose much longer than wide, in exchange of heat with its surroundings: however short, it brings the air to their
 /// temperature, which changes the flow out of a chamber whose gas is warmer or colder. Waves run at `c`, 290 m/s. The
 /// lowest frequency of a hose open at one end, `c/(4*L)`, comes out 1.1 % too low, higher ones worse. At constant flow
-/// below the speed of sound `p_1^2 - p_4^2 = R*T*phi*mu*L*mdot/(A*d^2)`, exactly that of isothermal flow without the change
-/// of velocity along the hose. Losses at the ends are not part of it. Waves are those of small changes of pressure up to
-/// the speed of sound, where the model chokes at once and air does so gradually.
+/// below the speed of sound `p_1^2 - p_4^2 = R*T*phi*mu*L*mdot/(A*d^2)`, exactly as in isothermal flow without the change
+/// of velocity along the hose. Losses at the ends are not part of it. Waves are accurate for small changes of pressure. Up to
+/// the speed of sound the model chokes at once, air gradually.
 ///
 /// # Source
 /// The law of Blasius (1913) for smooth pipes, in the form `0.3164*Re^(-1/4)`.
@@ -203,14 +203,14 @@ mod tests {
         assert!((rate / (-loss * per_inertia.value) - 1.0).abs() < 1e-12, "{rate}");
     }
 
-    /// With the same flow at both ends a hose passes it on, whatever its columns did before: nothing is left of `theta`.
+    /// With the same flow at both ends a hose passes it on, independent of the history of its columns.
     #[test]
     fn steady_flow_passes_through() {
         assert_eq!(through([1e5; 4], [5e-4; 3], [0.0; 3]), [5e-4; 3]);
         assert_eq!(pressure_rates(5e-4, [5e-4; 3], 5e-4), [0.0; 4]);
     }
 
-    /// Whatever a column would pass, either way, its source gives `A*p/c`; what is beyond decays within `theta`.
+    /// The flow of a column in either direction is limited to `A*p/c` of its source; an excess decays within `theta`.
     #[test]
     fn no_gas_leaves_a_volume_faster_than_sound() {
         let pressures = [2e4, 3e4, 1e3, 4e5];

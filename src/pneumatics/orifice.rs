@@ -106,8 +106,8 @@ impl Orifice<Tangents> {
 
 /// The number, from 0 to 3, of the smooth piece of a flow in which two pressures lie: one way or the other, laminar or not.
 ///
-/// At equal pressures the gas that flows becomes that of the other side, with another temperature. Where the flow becomes
-/// choked its slope is continuous, and no step takes notice.
+/// Equal pressures are a non-smooth point: the upstream gas changes, with another temperature. Where the flow becomes
+/// choked its derivative is continuous.
 #[inline(always)]
 pub fn piece<N: Number>(from: N, to: N) -> N {
     is_above(to, from * LAMINAR_RATIO) + is_above(to, from) + is_above(to * LAMINAR_RATIO, from)
@@ -131,7 +131,7 @@ impl<K: Copy> Orifice<K> {
     #[inline(always)]
     pub fn flow<N: Number + Mul<K, Output = N>>(&self, conductance: N, from: GasState<N>, to: GasState<N>) -> Flow<N> {
         let forward = |yes: N, no: N| N::if_at_least(from.pressure, to.pressure, yes, no);
-        // Equal pressures, too, stay those of two different gases: their difference has a slope.
+        // At equal pressures, too, the difference has a derivative, since the gases differ.
         let (upstream, downstream) = (from.pressure.max(to.pressure), to.pressure.min(from.pressure));
         let sonic = conductance * forward(from.sonic_density, to.sonic_density);
         let mass = sonic * self.effective_pressure(upstream, downstream);
@@ -165,7 +165,7 @@ mod tests {
         [mass.value, temperature.value]
     }
 
-    /// Choked flow at reference temperature is `C*p1*rho0`, whatever the pressure behind.
+    /// Choked flow at reference temperature is `C*p1*rho0`, independent of the downstream pressure.
     #[test]
     fn choked_flow_is_that_of_the_sonic_conductance() {
         let orifice = Orifice::new(Tangent::still(0.3));
@@ -211,7 +211,7 @@ mod tests {
         assert_eq!(numbers, (0..16).map(f64::from).collect::<Vec<_>>());
     }
 
-    /// At equal pressures the flow vanishes but not its slope, which is that of the laminar line on both sides.
+    /// At equal pressures the flow vanishes but not its derivative, which is the laminar line's on both sides.
     #[test]
     fn slope_is_continuous_at_equal_pressures() {
         use crate::numbers::Dual;

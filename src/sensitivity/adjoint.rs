@@ -15,7 +15,7 @@ pub struct Gradient {
 }
 
 impl Gradient {
-    /// That of nothing yet, at the end of a run.
+    /// A zero gradient, at the end of a run.
     pub fn new(steps: usize, inputs: usize, parameters: usize) -> Self {
         Self { inputs: vec![vec![0.0; inputs]; steps], states: Vec::new(), parameters: vec![0.0; parameters] }
     }

@@ -79,7 +79,7 @@ pub(crate) fn check_outputs<E: System<U>, const N: usize, const U: usize>(
     equations.outputs(Real::of(0.0), &Real::all(x), &Real::all(u), memory, &mut computed);
     let is_written = |number: &Real| number.value.to_bits() != UNWRITTEN.to_bits();
     let written = computed.iter().filter(|value| is_written(value)).count();
-    // What is not there may be filled with zeros, to the end of whatever room there is.
+    // Missing values may be filled with zeros, to the end of the buffer.
     let is_complete = written == listed || written == computed.len();
     if is_complete && computed[..listed].iter().all(is_written) {
         return Ok(());

@@ -196,7 +196,7 @@ mod tests {
         assert!(looks.get() <= 16, "{} looks", looks.get());
     }
 
-    /// An indicator that saturates behind its root, as that of an element that yields: chords from afar all but miss the
+    /// An indicator that saturates behind its root, like an element's that yields: chords from afar nearly miss the
     /// steep part.
     #[test]
     fn root_before_a_flat_part_takes_few_looks() {

@@ -72,7 +72,7 @@ impl Relaxing {
         state * self.half + first * self.second
     }
 
-    /// The argument of the third stage, after that of the second.
+    /// The argument of the third stage, from the second's.
     pub fn third<S: Scalar>(&self, argument: S, [first, second]: [S; 2]) -> S {
         argument + (second - first) * self.third
     }

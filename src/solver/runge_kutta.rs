@@ -71,10 +71,10 @@ pub struct Stages<'a, H: System<U>, S: Varying, const N: usize, const U: usize> 
     pub first: &'a [S; N],
     /// Its size in s.
     pub h: f64,
-    /// States that follow held inputs alone are those of their closed form in every stage, if it is given. Their derivatives
-    /// are then left to [`System::refresh`].
+    /// Closed form of the states that follow held inputs alone, used in every stage if given. Their derivatives are then left
+    /// to [`System::refresh`].
     pub led: Option<&'a Led<[S; N]>>,
-    /// A state that relaxes, and the weights that it takes in place of those of a method.
+    /// A relaxing state, and its exponential weights in place of the method's.
     pub relaxing: Option<(usize, &'a Relaxing)>,
 }
 
@@ -100,8 +100,8 @@ impl<H: System<U>, S: Varying, const N: usize, const U: usize> Stages<'_, H, S, 
     /// Up to order 2 the last stage agrees with the derivatives at the end, so that half of their difference can be moved
     /// from the one to the other: the weights 1/6, 1/3, 1/3, -1/3, 1/2 are still of order 3. For a rate `r` the error found
     /// is `(r*h)^4*(2 - r*h)/48`, which is more than the `(r*h)^5/120` that a step lacks at all sizes that are stable. With
-    /// a tenth it is not, and long steps let their errors add up. Kinks show where the midpoint rule differs from that of
-    /// Simpson.
+    /// a tenth it is not, and long steps let their errors add up. Kinks show in the difference between the midpoint rule and
+    /// Simpson's.
     ///
     /// Inlined, so that it is compiled once with and once without the closed form.
     #[inline(always)]
@@ -191,7 +191,7 @@ impl<H: System<U>, S: Varying, const N: usize, const U: usize> Stages<'_, H, S, 
         self.relaxing.map_or(S::zero(), |(state, weights)| weights.drive(states[state], slope[state]))
     }
 
-    /// States, or errors of states, of which that of the relaxing one follows from its weights, if it is to relax.
+    /// States, or errors of states; the relaxing one's by its exponential weights.
     #[inline(always)]
     fn relaxed(&self, mut states: [S; N], value: impl Fn(usize, &Relaxing) -> S) -> [S; N] {
         if let Some((state, weights)) = self.relaxing {

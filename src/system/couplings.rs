@@ -21,11 +21,11 @@ pub struct Couplings<const N: usize> {
 }
 
 impl<const N: usize> Couplings<N> {
-    /// Those of no states.
+    /// The couplings of no states.
     pub const NONE: Self = Self { direction: [0; N], rates: [0; N] };
 
-    /// The same of a system that has `M` states, where here are the first `states`: of these, too, so many are in front, and the
-    /// others behind states that rest.
+    /// The couplings in a vector of `M` states, of which these are the first `states`: the same number is in front, and the
+    /// others stand behind states that rest.
     pub fn among<const M: usize>(&self, states: usize, front: usize) -> Couplings<M> {
         let mut among = Couplings::NONE;
         let (shift, in_front) = (M - states, (1 << front) - 1);

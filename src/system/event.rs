@@ -4,8 +4,7 @@ use super::System;
 use crate::numbers::Real;
 use crate::system::Indicator;
 
-/// An event of a model, in words: its place among the events is that of its [indicator](System::indicators), and what happens is
-/// told by [`System::switch`].
+/// An event of a model, in words. Its index is its [indicator](System::indicators)'s; [`System::switch`] is its effect.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Event {
     /// Its name, in the group of the part that it belongs to: `wheel.locks` for example.

@@ -8,8 +8,8 @@ const BEYOND: f64 = 1e-6;
 
 /// The values of a state at which the equations have a meaning, and what lies beyond them.
 ///
-/// A solver outside tries values that no run comes to, and one that diverges accepts them. Beyond a limit the equations are those of a value that never
-/// goes further than the `give`, and follows with a continuous second derivative:
+/// The solver of an importer tries values that no run reaches, and accepts them if it diverges. Beyond a limit the equations use a
+/// value that exceeds it by less than the `give`, with a continuous second derivative:
 ///
 /// ```text
 /// n(x) = high + g*u/sqrt(1 + u^2),  u = (x - high)/g     x > high, and mirrored below low
@@ -26,7 +26,7 @@ pub struct Limits {
 }
 
 impl Limits {
-    /// A state of a magnitude that has a meaning whatever its value: a thousand million magnitudes either way.
+    /// A state that is valid at every value: limits of a thousand million magnitudes either way.
     pub fn of_magnitude(scale: f64) -> Self {
         let far = FAR * scale;
         Self { low: -far, high: far, give: [far; 2], bounds_meaning: [false; 2] }
@@ -39,7 +39,7 @@ impl Limits {
         Self { low: least, give: [0.5 * least, FAR * scale], bounds_meaning: [true, false], ..far }
     }
 
-    /// A state between two values, with what is left beyond each of them.
+    /// A state between two values, with the room beyond each.
     pub fn between([low, high]: [f64; 2], left: [f64; 2]) -> Self {
         Self { low, high, give: left.map(|left| 0.5 * left), bounds_meaning: [true; 2] }
     }
@@ -63,7 +63,7 @@ impl Limits {
         self.low <= value && value <= self.high
     }
 
-    /// The value whose equations are taken in place of those of another, and its derivative by that.
+    /// The value that the equations use in place of another, and its derivative by that.
     pub fn nearest(&self, value: f64) -> (f64, f64) {
         let (limit, give) = if value < self.low {
             (self.low, -self.give[0])
@@ -120,7 +120,7 @@ mod tests {
         assert!(!limits.hold(1e14f64.next_up()) && limits.passed(1e300).is_none());
     }
 
-    /// Half of a least value, twice the magnitudes from 0, half of what is left beyond other limits.
+    /// Half of a least value, twice the magnitudes from 0, half of the room beyond other limits.
     #[test]
     fn however_far_a_value_is_the_equations_see_one_nearby() {
         let seen = |limits: Limits| [-1e300, 1e300].map(|value| limits.nearest(value).0);
@@ -129,7 +129,7 @@ mod tests {
         assert_eq!(seen(Limits::between([-1.0, 3.0], [0.5, 0.25])), [-1.25, 3.125]);
     }
 
-    /// Slopes are those of differences, and never negative; the second derivative vanishes at the limit, too.
+    /// Derivatives equal differences, and are never negative; the second derivative vanishes at the limit.
     #[test]
     fn values_beyond_follow_smoothly_and_monotonically() {
         for limits in [Limits::above(2.0, 1e-8), Limits::between([-1.0, 3.0], [0.1, 0.4]), Limits::of_magnitude(1e-9)] {

@@ -1,11 +1,11 @@
-//! The place of a state among those of a run.
+//! The index of a state in the vector of a run.
 
-/// The place of a state among those of a run, whose number depends on the friction law.
+/// The index of a state in the vector of a run, whose length depends on the friction law.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Place {
-    /// So many states are before it.
+    /// Number of states before it.
     Front(usize),
-    /// So many states are behind it.
+    /// Number of states behind it.
     Back(usize),
 }
 

@@ -35,7 +35,7 @@ pub(super) fn lengths(variables: &[Variable]) -> (Vec<usize>, Option<&Variable>)
     (lengths, stray)
 }
 
-/// Whether a variable is so many elements behind the first.
+/// Whether a variable is the element at an offset from the first.
 fn follows(variable: &Variable, first: &Variable, offset: usize) -> bool {
     let element = Variable {
         name: match parts(&first.name) {

@@ -22,7 +22,7 @@ parameters! {
     ///
     /// `F_s` is the excess over `F_c`; `t_2` in s is the time spent sticking, the last one while sliding; `F_sa` is the
     /// Stribeck part `F_s/(1 + (v(t - tauL)/v_s)^2)` at the end of the last sliding, `FsInf` at first. The anchor `x_s`
-    /// keeps `F` continuous when the mass sticks again. Before the start the velocity was that of the start.
+    /// keeps `F` continuous when the mass sticks again. The velocity before the start equals the initial one.
     ///
     /// # Validity
     /// Sticking is an oscillation of frequency `sqrt(sigma0/m)` about the anchor, not a rest. Steps of the solver are at

@@ -48,7 +48,7 @@ parameters! {
     }
 }
 
-/// Whether the bristle bends or is saturated; only that of a brittle contact saturates.
+/// Whether the bristle deflects or is saturated; only a brittle contact's saturates.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub enum Mode {
     /// The deflection follows its equation.

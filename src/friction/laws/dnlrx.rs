@@ -22,7 +22,7 @@ parameters! {
     /// delta_i(k) = delta_i(k-1) + x(k) - x(k-1), kept within +-lambda*limit_i                     [m]
     /// ```
     ///
-    /// The springs `delta_i` are those of the Maxwell-slip law. Their past brings rate dependence within presliding, the
+    /// The springs `delta_i` are as in the Maxwell-slip law. Their past brings rate dependence within presliding, the
     /// past displacements viscous friction and lag. With the default coefficients `c_0 = -c_1 = sigma2/Ts`, `chi_0,i = k_i`
     /// and limits `W_i/k_i` it samples [`MaxwellSlip`](super::maxwell_slip::MaxwellSlip) with its defaults. In names of
     /// parameters indices start from 1: `c[1]` is `c_0`, `chi0[1]` is `chi_0,1`. The coefficients depend on `Ts`.

@@ -31,7 +31,7 @@ parameters! {
     /// `F_h` is a function of `z` without drift; `x` still drifts under oscillating loads unless `n` is large, since `z`
     /// follows `x` only in part.
     ///
-    /// Passive at a constant load level. `F_h` is that of a spring `k1` and of infinitely many springs side by side, of the
+    /// Passive at a constant load level. `F_h` is the force of a spring `k1` and of infinitely many springs side by side, of the
     /// stiffness `lambda*f1*f2^2*exp(-f2*b)*db` each, that follow `z` up to a deflection `b` and then slip. With their
     /// deflections `e_b` the stored energy is
     ///
@@ -87,7 +87,7 @@ const CAPACITY: usize = 128;
 pub struct Memory<S: Varying> {
     /// Direction of `z`, +1 or -1; 0 before it has moved.
     direction: f64,
-    /// The last one is that of the present branch.
+    /// The last one belongs to the present branch.
     turned: List<TurningPoint<S>, CAPACITY>,
 }
 

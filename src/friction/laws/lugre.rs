@@ -17,7 +17,7 @@ parameters! {
     /// F     = sigma0*z + sigma1*exp(-(v/v_d)^2)*dz/dt + sigma2*v   [N], s the Stribeck curve
     /// ```
     ///
-    /// `v_d = 0` stands for constant damping, no decay: the law as first published. The decay is that of Olsson et al.
+    /// `v_d = 0` stands for constant damping, no decay: the law as first published. The decay is by Olsson et al.
     ///
     /// At constant `v != 0`, `F -> s(v)*sgn(v) + sigma2*v`. Drifts under oscillating loads below `F_s`.
     ///
@@ -79,7 +79,7 @@ impl BristleLaw for LuGre {
     }
 
     fn notice(&self) -> Option<Notice> {
-        // Both at once as those of another load: contacts of other models have so changed defaults.
+        // Both changed in proportion, as for another load, are allowed: contacts of other models have such defaults.
         let [ratio, default] = [self.stiffness.value / self.damping.value, STIFFNESS / DAMPING];
         let is_changed = ratio.is_finite() && (ratio / default - 1.0).abs() > 1e-9;
         let remark = "the default: the bristle damping sigma1 decays above this velocity (Olsson et al. 1998); vd = 0 is the law with constant damping (Canudas de Wit et al. 1995), which most published values of sigma0 and sigma1 are for";

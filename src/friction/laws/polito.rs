@@ -28,7 +28,7 @@ parameters! {
     /// # Validity
     /// In the band of forces between `F2` and `F1`, 3 N wide at rest with the defaults, the mass keeps its speed: where the
     /// drive gives way after break-away, it goes on creeping while a Stribeck curve makes it slip and stop. Explicit Euler
-    /// with the same equations takes the sign of the last acceleration for that of the present one, jumps from branch to
+    /// with the same equations uses the sign of the previous acceleration, jumps from branch to
     /// branch and slips: those pulses are of the method, not of the law. For stick-slip choose another law.
     ///
     /// # Errors

@@ -20,7 +20,7 @@ parameters! {
     /// ```
     ///
     /// The bond holds up to `(1 + a)*sigma0*lambda*z0` and carries `sigma0*lambda*z0` while sliding. Without drift; when
-    /// the motion turns back the force jumps to that of the bond.
+    /// the motion reverses the force jumps to the bond's.
     ///
     /// # Validity
     /// None of the parameters is a force: the load level `lambda` scales the limit of the strain, not the stiffness. At

@@ -40,7 +40,7 @@ parameters! {
     /// [`ParameterError`] for `F_c > F_s`, and for an `FsInf` other than 0 below `F_s`.
     ///
     /// # Source
-    /// The growth is that of [`Armstrong`](super::armstrong::Armstrong)'s law after sliding that left no excess.
+    /// The growth is as in [`Armstrong`](super::armstrong::Armstrong)'s law after sliding that left no excess.
     Stribeck {
         curve: StribeckCurve = StribeckCurve::variables();
         viscous: Tunable = viscous(30.0);

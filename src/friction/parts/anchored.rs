@@ -123,7 +123,7 @@ fn is_at_rest<S: Scalar>(contact: &Contact<S>) -> bool {
     contact.drive == Drive::Motion && contact.velocity.value() == 0.0
 }
 
-/// Direction of motion; at rest that of the applied force, or else the one given.
+/// Direction of motion; at rest of the applied force; without one the given direction.
 fn direction<S: Scalar>(contact: &Contact<S>, otherwise: f64) -> f64 {
     [contact.velocity, contact.applied]
         .map(|it| sign(it.value()))

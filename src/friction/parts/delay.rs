@@ -37,8 +37,8 @@ impl<S: Scalar> Point<S> {
 ///
 /// Between two points the velocity is the parabola that has their velocities and covers the path between their
 /// positions: an error of third order in their distance, and none from kinks of the velocity at the points. Points are
-/// the ends of accepted steps, except that of three within a 64th of the delay the middle one is forgotten: what is
-/// faster than that is smoothed, its path kept. Two points are at most a 32nd of the delay apart where steps are shorter
+/// the ends of accepted steps; of three within a 64th of the delay the middle one is dropped: faster motion is
+/// smoothed, its path kept. Two points are at most a 32nd of the delay apart where steps are shorter
 /// than a 64th, so that an oscillation of frequency `f` comes back with an error of at most
 /// `0.0081*(2*pi*f*delay/32)^3 = 6.2e-5*(f*delay)^3` of its amplitude.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -1,7 +1,7 @@
 //! Parts that several friction laws are made of.
 
 /// Declares a struct around a law of a simpler kind, so that it can be a [`FrictionLaw`](super::law::FrictionLaw): its
-/// parameters are those of the law.
+/// parameters are the law's.
 macro_rules! wrapper {
     ($(#[$doc:meta])* $name:ident) => {
         $(#[$doc])*

@@ -9,7 +9,7 @@ use crate::friction::law::{Contact, Drive, FrictionLaw};
 use crate::numbers::{Dual, Scalar, Varying};
 use crate::variables::{Notice, ParameterError, ParameterSet};
 
-/// A law whose friction is that of one bristle, which is without deflection at first.
+/// A law of one bristle, undeflected at the start.
 pub trait BristleLaw: ParameterSet {
     /// What the law remembers apart from the deflection; its default is what a run starts with.
     type Memory<S: Varying>: Clone + Default + PartialEq + Debug + Serialize + DeserializeOwned + Send;

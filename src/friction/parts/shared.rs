@@ -17,7 +17,7 @@ pub struct SharedForce {
     pub force: Tunable,
 }
 
-/// Static and Coulomb friction of a contact, whatever its law.
+/// Static and Coulomb friction of a contact under any law.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SharedForces {
     /// Force at which sliding starts.

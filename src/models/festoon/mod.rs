@@ -137,7 +137,7 @@ const fn at(state: State, trolley: usize, n: usize) -> usize {
     BLOCKS + trolley * block + state.at(block)
 }
 
-/// One indicator for each link comes first, then those of each trolley's contact.
+/// One indicator for each link comes first, then the indicators of each trolley's contact.
 const fn contact_indicators(trolley: usize) -> usize {
     MAX_TROLLEYS + trolley * Event::COUNT
 }
@@ -162,7 +162,7 @@ impl<L: FrictionLaw> Festoon<L> {
         self.p.trolleys
     }
 
-    /// Position of a trolley; that of the crane trolley before the first.
+    /// Position of a trolley; index 0 is the crane trolley.
     fn place<S: Scalar, const N: usize>(x: &[S; N], link: usize) -> S {
         if link == 0 { x[CRANE] } else { x[at(State::Position, link - 1, N)] }
     }

@@ -24,7 +24,7 @@ pub const fn contact_base(trolley: usize) -> u32 {
 }
 
 states! {
-    /// The states of a trolley, with value references counted from those of the trolley; positions resolve presliding.
+    /// The states of a trolley, with value references relative to the trolley's; positions resolve presliding.
     State of Parameters, from 0; {
         ..friction;
         Position: 1, |_| 1e-2;
@@ -162,7 +162,7 @@ outputs! {
 }
 
 parameters! {
-    /// The parameters of the festoon; those of the friction law and of the solver follow in the table.
+    /// The parameters of the festoon; friction law and solver follow in the table.
     Parameters {
         trolleys: usize = Variable::count(1001, "trolleys", 3).range(1.0, MAX_TROLLEYS as f64)
             .text("Number of trolleys behind the crane trolley");

@@ -181,7 +181,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
         Couplings { direction: self.directions(n, &lines), rates: self.dependencies(n, &lines) }
     }
 
-    /// The same among those of a run.
+    /// The couplings among the states of a run.
     pub(super) fn couplings<const N: usize>(&self) -> Couplings<N> {
         self.couplings.among(self.states(), State::FRICTION + self.friction.count())
     }

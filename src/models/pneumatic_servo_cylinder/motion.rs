@@ -41,7 +41,7 @@ pub(super) enum Guidance {
     Free,
     /// As imposed.
     Rigid,
-    /// By forces, among them that of a spring whose far end moves as imposed.
+    /// By forces, including a spring whose far end moves as imposed.
     Compliant {
         /// Stiffness in N/m.
         stiffness: Tangent,
@@ -62,7 +62,7 @@ pub(super) struct Imposed<S> {
 /// What is remembered of an imposed motion.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Memory<S> {
-    /// That of the present communication step, or of the last one; none before the first.
+    /// The course of the present communication step, or of the last one; none before the first.
     course: Option<Course<S>>,
     /// How the speed of the carriage changes.
     pub trend: Trend<S>,
@@ -91,7 +91,7 @@ impl<S: Varying> Course<S> {
 }
 
 impl<S: Varying> Memory<S> {
-    /// That of a run which begins with a velocity of the carriage in m/s.
+    /// The memory of a run that starts with a velocity of the carriage in m/s.
     pub fn new(velocity: S) -> Self {
         Self { course: None, trend: Trend::new(velocity) }
     }
@@ -121,7 +121,7 @@ impl<S: Varying> Memory<S> {
         self.course = Some(Course { begin, position, velocity, correction, acceleration });
     }
 
-    /// Whether it can be that of a run.
+    /// Whether a run can have it.
     pub fn is_sound(&self) -> bool {
         let numbers = self.course.map(|Course { begin, position, velocity, correction, acceleration }| {
             [begin, position.value(), velocity.value(), correction.value(), acceleration]

@@ -25,7 +25,7 @@ const QUANTITIES: [Quantity; COUNT] = [LENGTH, PRESSURE, PRESSURE, FORCE];
 /// Magnitudes of the quantities, for error control.
 const SCALES: [f64; COUNT] = [0.1, 1e5, 1e5, 10.0];
 
-/// Value references of the readings; those of the states and of their rates follow.
+/// Value references of the readings; the states and their rates follow.
 const READINGS: u32 = 240;
 const LAGGED: u32 = READINGS + COUNT as u32;
 const RATES: u32 = LAGGED + COUNT as u32;

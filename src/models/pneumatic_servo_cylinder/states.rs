@@ -84,7 +84,7 @@ inputs! {
 }
 
 states! {
-    /// The states behind those of the actuator.
+    /// The states that follow the actuator's.
     ///
     /// Their order keeps the elimination of the implicit scheme sparse: a chain from the actuator over the chambers and
     /// the friction law to the motion.

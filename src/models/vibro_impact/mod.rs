@@ -87,7 +87,7 @@ pub struct Memory<F = friction::Memory> {
     impacts: u32,
 }
 
-/// The indicator of the impact spring comes first, then those of the contact.
+/// The indicator of the impact spring comes first, then the contact's.
 const IMPACT: usize = 0;
 const CONTACT: usize = 1;
 

@@ -3,8 +3,8 @@
 use crate::numbers::Varying;
 use crate::system::Stride;
 
-/// The strides of two sizes: those of steps between points that a host multiplies out differ by rounding, and are one of
-/// two as a rule.
+/// The strides of two step sizes: steps between points that a host multiplies out differ by rounding, and usually alternate between
+/// two sizes.
 #[derive(Clone, Copy, Debug)]
 pub struct Strides<S> {
     known: [Stride<S>; 2],
