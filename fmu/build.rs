@@ -6,8 +6,8 @@ use std::{env, fs, io};
 #[path = "src/fnv.rs"]
 mod fnv;
 
-/// What the library is made from, relative to the root of the repository: the plant, the interface, and the versions of
-/// what they depend on.
+/// Files that the library is made from, relative to the root of the repository: the plant, the interface, and the versions
+/// of their dependencies.
 const FILES: [&str; 3] = ["Cargo.toml", "Cargo.lock", "fmu/Cargo.toml"];
 const FOLDERS: [&str; 2] = ["src", "fmu/src"];
 

@@ -75,8 +75,8 @@ macro_rules! calls {
     };
 }
 
-// What may be set and read in a mode depends on the variable as well: see `instance::values`. Steps are taken by the
-// solver inside, continuous time belongs to a solver outside: an instance sees the modes of one of the two.
+// Values that may be set and read in a mode depend on the variable as well: see `instance::values`. An instance sees the
+// modes of co-simulation (steps) or of model exchange (continuous time), never both.
 calls! {
     /// Choose what is logged.
     ChooseLog             Instantiated Initialization StepComplete StepFailed StepEvent Event ContinuousTime Terminated;

@@ -2,7 +2,7 @@
 
 use pneumatic_servo::variables::ParameterError;
 
-/// How a call ends, by the numbers that all versions of the standard give it.
+/// Status of a call, numbered alike in all versions of the standard.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Status {
     /// All is well.
@@ -20,9 +20,9 @@ pub enum Status {
 /// The outcome of a call that did not succeed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Failure {
-    /// What the call returns.
+    /// Status that the call returns.
     pub status: Status,
-    /// What it logs.
+    /// Message that it logs.
     pub message: String,
 }
 

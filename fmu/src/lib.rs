@@ -35,7 +35,7 @@ mod fnv;
 mod host;
 mod instance;
 mod memory;
-// What is exported for C only.
+// Exports for C only.
 #[cfg(all(feature = "module", target_family = "wasm"))]
 mod module;
 pub mod self_test;

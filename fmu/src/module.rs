@@ -12,7 +12,7 @@ use crate::fmi2::types::{CallbackFunctions, Logger};
 thread_local! {
     /// Where the host's arrays are during a call; 64-bit words, so that all types are aligned.
     static ROOM: RefCell<Vec<u64>> = const { RefCell::new(Vec::new()) };
-    /// What an instance of FMI 2.0 is given as the host's callbacks.
+    /// Callbacks of the host for an instance of FMI 2.0.
     static CALLBACKS: RefCell<CallbackFunctions> = RefCell::new(callbacks());
 }
 
@@ -36,7 +36,7 @@ pub extern "C" fn plant_begin() {
     }));
 }
 
-/// What there is room for always, in 64-bit words: the arguments of all calls whose arrays have a fixed size.
+/// Room that is always there, in 64-bit words: for the arguments of all calls whose arrays have a fixed size.
 const LEAST_ROOM: usize = 64;
 
 /// Room for arrays of the host's, as many bytes as it asks for at least; NULL if there is no memory for it. What was there

@@ -267,7 +267,7 @@ fn instantiate3(token: &CString, way: u8) -> *mut c_void {
 fn ten_thousand_lives_leave_nothing_behind() {
     let guid = guid();
     for (live, lives) in [(live as fn(&CString), LIVES), (live3, LIVES / 3)] {
-        // What is made once per process does not count.
+        // Memory allocated once per process does not count.
         live(&guid);
         let (allocations, growth) = counted(|| (0..lives).for_each(|_| live(&guid)));
         assert_eq!(growth, 0);
@@ -290,7 +290,7 @@ fn instances_and_states_are_there_until_they_are_freed() {
                 3 => (fmi2GetFMUstate, fmi2FreeFMUstate, fmi2FreeInstance),
                 _ => (fmi3GetFMUState, fmi3FreeFMUState, fmi3FreeInstance),
             };
-            // What is kept for the next state does not count.
+            // Memory kept for the next state does not count.
             assert_eq!((save(component, &mut state), forget(component, &mut state)), (OK, OK));
             let (_, saved) = counted(|| assert_eq!(save(component, &mut state), OK));
             let (_, freed) = counted(|| assert_eq!(forget(component, &mut state), OK));

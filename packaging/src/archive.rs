@@ -45,7 +45,7 @@ impl Compressed {
 const PROGRAM: u32 = 0o755;
 const DOCUMENT: u32 = 0o644;
 
-/// How files are stored.
+/// Options of stored files.
 fn options(moment: Moment) -> Result<SimpleFileOptions> {
     let options = SimpleFileOptions::default().compression_method(CompressionMethod::Deflated);
     Ok(options.compression_level(Some(9)).last_modified_time(moment.in_archive()?))

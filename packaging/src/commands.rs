@@ -15,7 +15,7 @@ use crate::package::{self, Package};
 use crate::platform::{Binary, Platform, Platforms};
 use crate::workspace::Workspace;
 
-/// What the arguments of `package` are.
+/// Help of the arguments of `package`.
 const PACKAGE: &str = "\
   --platforms NAMES         for linux64,win64,darwin64 or all; otherwise for machines like this one
   --binary PLATFORM=PATH    a library that was built elsewhere, taken instead of building one
@@ -45,20 +45,20 @@ fn help(command: &str) -> String {
 /// The names of the commands.
 pub const NAMES: [&str; 3] = ["package", "build", "join"];
 
-/// What a command is told.
+/// Arguments of a command.
 #[derive(Debug, Default, PartialEq)]
 pub struct Options {
     /// For which platforms.
     pub platforms: Option<Platforms>,
     /// Libraries that were built elsewhere.
     pub binaries: Vec<Binary>,
-    /// How large sources in C may be, if there are to be any: `small` or `full`.
+    /// Size of sources in C, if there are to be any: `small` or `full`.
     pub sources: Option<String>,
     /// The one model to be packed.
     pub model: Option<String>,
 }
 
-/// What a command line asks for.
+/// Request of a command line.
 #[derive(Debug, PartialEq)]
 pub enum Asked {
     /// The help.
@@ -128,10 +128,10 @@ fn alone(work: Work) -> Result<()> {
     work(&workspace)
 }
 
-/// What is to be done in a workspace.
+/// Work to be done in a workspace.
 type Work = Box<dyn FnOnce(&Workspace) -> Result<()>>;
 
-/// What a command is to do, or nothing where its help is asked for.
+/// Work of a command, or nothing where its help is asked for.
 fn planned(command: &str, asked: Asked) -> Result<Option<Work>> {
     let Asked::Do(options) = asked else { return Ok(None) };
     if command == "package" {
@@ -168,7 +168,7 @@ pub(crate) fn run_of_a_crate(
     }
 }
 
-/// How the module of a loop is compiled.
+/// Options of the compilation of a loop's module.
 #[derive(Debug, PartialEq)]
 pub(crate) struct LoopOptions {
     /// Bytes of its stack.

@@ -23,7 +23,7 @@ pub struct Curve {
     pub values: Vec<f64>,
 }
 
-/// What an experiment gave.
+/// Results of an experiment.
 pub struct Run {
     /// The communication points in s.
     pub times: Vec<f64>,

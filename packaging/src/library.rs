@@ -20,7 +20,7 @@ use crate::workspace::Workspace;
 /// A shared library.
 #[derive(Clone)]
 pub struct Library {
-    /// What it runs on.
+    /// Platform that it runs on.
     pub platform: Platform,
     /// The processors it runs on.
     pub architectures: BTreeSet<String>,
@@ -92,7 +92,7 @@ impl Library {
         Ok(file)
     }
 
-    /// It for archives of a moment, compressed once.
+    /// Archives of the library with a time stamp, compressed once.
     ///
     /// # Errors
     /// When it is too large for the format.

@@ -9,9 +9,9 @@ use humantime::format_rfc3339_seconds;
 
 use crate::process;
 
-/// What is used outside a git checkout: 2020-01-01.
+/// Time used outside a git checkout: 2020-01-01.
 const FALLBACK: u64 = 1_577_836_800;
-/// What is beyond the calendar: the year 10000.
+/// End of the calendar: the year 10000.
 const BEYOND: u64 = 253_402_300_800;
 
 /// When the FMU was generated, as far as its bytes say.

@@ -25,10 +25,10 @@ use crate::tools;
 use crate::venv::{Requirements, Venv};
 use crate::workspace::Workspace;
 
-/// What goes into the FMUs, and for whom.
+/// Contents of the FMUs, and their platforms.
 #[derive(Debug, Default, PartialEq)]
 pub struct Package {
-    /// What the FMUs run on; otherwise machines like this one.
+    /// Platforms of the FMUs; otherwise machines like this one.
     pub platforms: Option<Platforms>,
     /// Libraries that were built elsewhere, taken instead of building them.
     pub binaries: Vec<Binary>,

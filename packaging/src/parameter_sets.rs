@@ -20,7 +20,7 @@ use crate::product::Parts;
 pub struct ParameterSet {
     /// The name, also of its files.
     pub name: String,
-    /// What it describes.
+    /// Description of the set.
     description: String,
     /// Where the values are from, unless they are examples.
     source: Option<String>,

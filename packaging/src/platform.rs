@@ -97,7 +97,7 @@ impl FromStr for Platforms {
 /// A library that was built before, here or elsewhere: `win64=PATH`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Binary {
-    /// What it runs on.
+    /// Platform that it runs on.
     pub platform: Platform,
     /// Where it is.
     pub file: PathBuf,

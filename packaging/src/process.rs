@@ -54,7 +54,7 @@ pub struct Section {
     pub text: String,
     /// When it began, since the program did.
     pub begin: Duration,
-    /// How long it took.
+    /// Duration.
     pub length: Duration,
 }
 
@@ -205,7 +205,7 @@ pub fn works(command: &mut Command) -> bool {
     command.stdout(Stdio::null()).stderr(Stdio::null()).status().is_ok_and(|status| status.success())
 }
 
-/// What Cargo tells of packages.
+/// Metadata of packages, from Cargo.
 ///
 /// # Errors
 /// When it fails, or tells something else.

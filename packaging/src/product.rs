@@ -11,7 +11,7 @@ use crate::files;
 /// The package of the built-in library.
 pub const PACKAGE: &str = "pneumatic-servo-builtin";
 
-/// What is packed.
+/// Models to pack.
 #[derive(Clone, Debug)]
 pub struct Product {
     /// The models.

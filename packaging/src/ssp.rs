@@ -139,8 +139,8 @@ impl Connection {
     }
 }
 
-/// How the system is described. Hosts tell descriptions apart by their names, and of several sets of parameters that are
-/// bound at a place some take the first and some the last: one name each, one set each.
+/// Description of the system. Hosts distinguish descriptions by their names, and of several sets of parameters bound at a
+/// place some take the first and some the last: one name each, one set each.
 #[derive(Clone, Copy)]
 enum Variant<'a> {
     /// With connectors of its own; the default set of parameters is bound to it.
@@ -265,7 +265,7 @@ fn binding(xml: &mut Xml, component: &str, set: &ParameterSet, moment: Moment) -
     })
 }
 
-/// What OMSimulator wants to know about the simulation of a system: that it takes steps of a fixed size.
+/// Simulation information for OMSimulator: steps of a fixed size.
 fn simulation_information(xml: &mut Xml) -> io::Result<()> {
     Element::new("ssd:Annotations").contain(xml, |xml| {
         Element::new("ssc:Annotation").with("type", "org.openmodelica").contain(xml, |xml| {

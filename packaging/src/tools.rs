@@ -9,9 +9,9 @@ use crate::process;
 /// A tool that is missing.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tool {
-    /// What it is.
+    /// Name of the tool.
     pub name: String,
-    /// How to get it.
+    /// Instructions to install it.
     pub install: String,
 }
 

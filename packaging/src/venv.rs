@@ -11,7 +11,7 @@ use crate::process;
 use crate::tools::Tool;
 use crate::workspace::Workspace;
 
-/// What an environment is for: the folder it is made in, and the lists of its packages in `packaging`.
+/// Purpose of an environment: the folder it is made in, and the lists of its packages in `packaging`.
 ///
 /// Environments in one folder share it: each list is installed once.
 #[derive(Clone, Copy)]
@@ -57,7 +57,7 @@ impl Venv {
     /// Installs the packages of a list, unless that is what was installed last.
     fn install(&self, list: &Path) -> Result<()> {
         let wanted = files::text(list)?;
-        // What was installed last is kept beside the packages.
+        // The list of the last installation is kept beside the packages.
         let stamp = self.folder.join(list.file_name().context("requirements without a name")?);
         if std::fs::read_to_string(&stamp).is_ok_and(|installed| installed == wanted) {
             return Ok(());

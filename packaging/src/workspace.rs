@@ -22,7 +22,7 @@ pub struct Workspace {
     pub target: PathBuf,
     /// Where Python environments are made.
     pub environments: PathBuf,
-    /// What is packed.
+    /// Product to pack.
     pub product: Product,
     /// Settings of Cargo for libraries that override the manifest: `profile.release.lto='off'`.
     pub settings: Vec<String>,
@@ -107,7 +107,7 @@ pub fn cargo_home() -> Option<PathBuf> {
 mod tests {
     use super::*;
 
-    /// What others read and write there is named in their documentation.
+    /// Variables for other programs are named in their documentation.
     #[test]
     fn folders_of_the_project_hold_what_they_are_named_for() {
         let workspace = Workspace::of_a_test(Path::new("/target"));

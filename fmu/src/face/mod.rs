@@ -23,7 +23,7 @@ use crate::instance::{Handle, Instance, Vector};
 
 /// An instance as the host holds it.
 pub type Component = *mut c_void;
-/// How a call ends; the numbers are the same in all versions of the standard.
+/// Status of a call, numbered alike in all versions of the standard.
 pub type Status = c_int;
 
 /// All is well.

@@ -169,7 +169,7 @@ exports! {
     /// Frees a saved state.
     fn fmi2FreeFMUstate(state: *mut FmuState) => UseState, |instance| forget(instance, state);
 
-    /// How many bytes a saved state takes.
+    /// Size of a saved state in bytes.
     fn fmi2SerializedFMUstateSize(state: FmuState, size: *mut usize) => UseState, |instance| {
         tell(size, instance.serialized(state.addr()).map(|bytes| bytes.len()))
     };

@@ -209,14 +209,14 @@ exports_with_numbers! {
         Err(Failure::error("there is nothing to configure: no parameter is structural"))
     };
 
-    /// How many pairs `fmi3GetVariableDependencies` tells of a variable.
+    /// Number of dependencies of a variable in `fmi3GetVariableDependencies`.
     fn fmi3GetNumberOfVariableDependencies(
         reference: ValueReference, number: *mut usize
     ) => AskAboutModel, |instance| {
         tell(number, instance.dependencies(reference).map(|dependencies| dependencies.len()))
     };
 
-    /// What a variable depends on directly.
+    /// Direct dependencies of a variable.
     fn fmi3GetVariableDependencies(
         dependent: ValueReference, elements: *mut usize, independents: *mut ValueReference,
         elements_of_independents: *mut usize, kinds: *mut DependencyKind, number: usize
@@ -246,7 +246,7 @@ exports_with_numbers! {
     /// Frees a saved state.
     fn fmi3FreeFMUState(state: *mut FmuState) => UseState, |instance| forget(instance, state);
 
-    /// How many bytes a saved state takes.
+    /// Size of a saved state in bytes.
     fn fmi3SerializedFMUStateSize(state: FmuState, size: *mut usize) => UseState, |instance| {
         tell(size, instance.serialized(state.addr()).map(|bytes| bytes.len()))
     };
@@ -370,12 +370,12 @@ exports_with_numbers! {
         vector(instance, Vector::Nominals, values, number)
     };
 
-    /// How many event indicators there are.
+    /// Number of event indicators.
     fn fmi3GetNumberOfEventIndicators(number: *mut usize) => AskAboutModel, |instance| {
         tell(number, Ok(instance.length(Vector::Indicators)))
     };
 
-    /// How many continuous states there are.
+    /// Number of continuous states.
     fn fmi3GetNumberOfContinuousStates(number: *mut usize) => AskAboutModel, |instance| {
         tell(number, Ok(instance.length(Vector::States)))
     };
@@ -415,7 +415,7 @@ exports_with_numbers! {
             early.write([step.as_ref().is_ok_and(|step| step.is_early).into()].into_iter());
             time.write([last.successful_until].into_iter());
         }
-        // What is discarded would be as before, and could be tried again with a shorter step.
+        // A discarded call would change nothing, and could be repeated with a shorter step.
         step.map(|_| ()).map_err(|failure| Failure::error(failure.message))
     };
 

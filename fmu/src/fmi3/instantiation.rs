@@ -87,7 +87,7 @@ pub unsafe fn scheduled_execution(
     unsafe { made.of(library, instance_name, instantiation_token, sink(log_message, instance_environment), refuse) }
 }
 
-/// How an instance is made.
+/// Arguments of an instantiation.
 struct Made {
     function: &'static str,
     kind: Kind,

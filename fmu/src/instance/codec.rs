@@ -30,7 +30,7 @@ const CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 /// A complete copy of an instance, apart from its log.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SavedState {
-    /// What the instance remembers.
+    /// Record of the instance.
     pub record: Record,
     /// The model's own states, once it runs.
     pub snapshot: Option<Snapshot>,

@@ -54,7 +54,7 @@ impl Handle {
     }
 }
 
-/// What a host asks for when it wants an instance.
+/// Arguments of a host that asks for an instance.
 pub struct Wanted<'a> {
     /// The function that is called.
     pub function: &'static str,

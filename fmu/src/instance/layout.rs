@@ -10,7 +10,7 @@ use pneumatic_servo::model::Model;
 use pneumatic_servo::system::Indicator;
 use pneumatic_servo::variables::{Entry, Kind, Table, Variable};
 
-/// What the functions of a face read and write.
+/// Variables that the functions of a C interface read and write.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Base {
     /// A real number.
@@ -60,13 +60,13 @@ pub struct Layout {
     pub table: Arc<Table>,
     /// Its GUID.
     pub guid: String,
-    /// How many inputs it has.
+    /// Number of inputs.
     pub inputs: usize,
-    /// How many parameters it has.
+    /// Number of parameters.
     pub parameters: usize,
-    /// How many computed variables it has.
+    /// Number of computed variables.
     pub computed: usize,
-    /// How many continuous states it has.
+    /// Number of continuous states.
     pub states: usize,
     /// Its event indicators.
     pub indicators: Vec<Indicator>,

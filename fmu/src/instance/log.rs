@@ -9,7 +9,7 @@ use crate::failure::{Failure, Status};
 pub struct LogCategory {
     /// Name.
     pub name: &'static str,
-    /// What is logged under it.
+    /// Description of its messages.
     pub description: &'static str,
 }
 

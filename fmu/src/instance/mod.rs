@@ -59,7 +59,7 @@ pub struct Instance {
     record: Record,
     run: Run,
     saved: SavedStates,
-    /// What is known to be unusual.
+    /// Unusual conditions that have been reported.
     notices: Notices,
     scratch: Scratch,
 }
@@ -75,7 +75,7 @@ struct Scratch {
     slopes: Vec<f64>,
     indicators: Vec<f64>,
     computed: Vec<f64>,
-    /// What a call hands out, in the order in which it was asked for.
+    /// Values that a call returns, in the order of the request.
     answers: Vec<f64>,
 }
 

@@ -36,7 +36,7 @@ impl Experiment {
     }
 }
 
-/// How the last communication step ended.
+/// End of the last communication step.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct LastStep {
     /// Whether it could not be completed.
@@ -98,7 +98,7 @@ impl Record {
         !matches!(self.mode, Mode::Instantiated | Mode::Initialization | Mode::Fatal)
     }
 
-    /// What a simulation starts from.
+    /// Start values of a simulation.
     pub fn start(&self) -> Start<'_> {
         let experiment = self.experiment.unwrap_or_default();
         Start {

@@ -143,7 +143,7 @@ impl Run {
     pub fn is_finite(&self) -> bool {
         match &self.way {
             Some(Way::Inside(simulation)) => simulation.is_finite(),
-            // What a solver outside carries is its own affair.
+            // The state of an importer's solver is its own affair.
             Some(Way::Outside(_)) | None => true,
         }
     }
@@ -219,7 +219,7 @@ impl Run {
         Ok(self.computed(layout, record)?[place])
     }
 
-    /// What is unusual about the parameters and inputs of the record.
+    /// Warnings about the parameters and inputs of the record.
     pub fn notices(&mut self, layout: &Layout, record: &Record) -> Result<Notices, Failure> {
         Ok(match self.ready(layout, record)? {
             Way::Inside(simulation) => simulation.notices(),

@@ -6,7 +6,7 @@ use super::record::{Kind, LastStep};
 use crate::calls::Mode;
 use crate::failure::Failure;
 
-/// How a step has ended that has not failed.
+/// End of a step that has not failed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Step {
     /// Whether it has ended at an event, which is still to happen.
@@ -55,7 +55,7 @@ impl Instance {
         Err(Failure::error("a state is not a finite number"))
     }
 
-    /// How the last step, or the initialization, ended.
+    /// End of the last step, or of the initialization.
     pub fn last_step(&self) -> LastStep {
         self.record.last_step
     }

@@ -42,7 +42,7 @@ pub const MODEL: Model = Model {
 };
 
 enumeration! {
-    /// What goes wrong.
+    /// Kind of failure.
     Trap "Trap": "What goes wrong" {
         0 Nothing: "Nothing";
         1 StopsHalfway: "Steps fail in their middle";

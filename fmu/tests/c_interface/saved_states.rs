@@ -260,7 +260,7 @@ fn state_of_any_phase_is_serialized() {
     }
 }
 
-/// What the variable of the host holds is written only: it may be anything, and a state in it stays.
+/// The host's variable is only written: it may hold anything, and a state in it stays.
 #[test]
 fn state_is_deserialized_beside_the_one_that_the_variable_held() {
     let instance = Instance::initialized();

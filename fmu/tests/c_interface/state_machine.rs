@@ -31,7 +31,7 @@ fn instance_in(state: char) -> Instance {
     instance
 }
 
-/// What the calls work with.
+/// Arguments of the calls.
 struct Arguments {
     time: f64,
     state: *mut c_void,

@@ -22,7 +22,7 @@ pub static LIBRARY3: UnderTest<Functions> = UnderTest::new(
     &REPLACED,
 );
 
-/// How an instance is made.
+/// Arguments of an instantiation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Way {
     /// Co-simulation without event mode.
@@ -33,7 +33,7 @@ pub enum Way {
     Exchange,
 }
 
-/// What `fmi3DoStep` tells.
+/// Results of `fmi3DoStep`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Step {
     pub event: u8,
@@ -42,7 +42,7 @@ pub struct Step {
     pub time: f64,
 }
 
-/// What `fmi3UpdateDiscreteStates` tells.
+/// Results of `fmi3UpdateDiscreteStates`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Updated {
     pub again: u8,
@@ -299,7 +299,7 @@ impl Instance3 {
         number
     }
 
-    /// What a variable depends on: element, value reference and element of the other, kind.
+    /// Dependencies of a variable: element, value reference and element of the other, kind.
     pub fn dependencies(&self, reference: u32) -> Vec<(usize, u32, usize, c_int)> {
         let mut number = usize::MAX;
         let count = LIBRARY3.fmi3GetNumberOfVariableDependencies;

@@ -137,7 +137,7 @@ pub fn laws() -> Vec<(i32, &'static str)> {
     laws.items.iter().map(|(id, name, _)| (*id, *name)).collect()
 }
 
-/// What the logger was told.
+/// Arguments of a call of the logger.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Message {
     /// The instance's name.
@@ -166,7 +166,7 @@ extern "C" fn logger(environment: *mut c_void, name: Text, status: c_int, catego
     }
 }
 
-/// What `printf` makes of a format that must not ask for an argument.
+/// Output of `printf` for a format that must not ask for an argument.
 fn printed(format: &str) -> String {
     let literal = format.replace("%%", "");
     assert!(!literal.contains('%'), "{format} asks for an argument");
@@ -270,7 +270,7 @@ impl Instance {
         assert_eq!(self.exit(), OK, "{:?}", self.messages());
     }
 
-    /// What has been logged since the last call of this.
+    /// Messages since the last call of this.
     pub fn messages(&self) -> Vec<Message> {
         std::mem::take(&mut self.messages.lock().expect("no panic while logging"))
     }

@@ -27,7 +27,7 @@ pub struct Triplets {
     outcomes: BTreeSet<(&'static str, c_int)>,
 }
 
-/// What has to occur among the calls.
+/// Outcomes that have to occur among the calls.
 const OUTCOMES: [(&str, &[c_int]); 8] = [
     ("event", &[OK, ERROR]),
     ("update", &[OK, ERROR]),

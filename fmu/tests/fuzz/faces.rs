@@ -18,11 +18,11 @@ pub struct Twins {
     three: Instance3,
     saved: Vec<Vec<u8>>,
     outcomes: BTreeSet<(&'static str, c_int)>,
-    /// What has been set, by kind.
+    /// Kinds of values that have been set.
     set: BTreeSet<&'static str>,
 }
 
-/// What has to occur among the calls.
+/// Outcomes that have to occur among the calls.
 const OUTCOMES: [(&str, &[c_int]); 10] = [
     ("enter", &[OK, ERROR]),
     ("exit", &[OK, ERROR]),

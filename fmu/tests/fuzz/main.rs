@@ -36,7 +36,7 @@ const CALLS_PER_ROUND: u64 = 2_000;
 /// Keeps steps with absurd parameters short.
 const SOLVER_STEPS: i32 = 60;
 
-/// What has to occur among the calls.
+/// Outcomes that have to occur among the calls.
 const OUTCOMES: [(&str, &[c_int]); 15] = [
     ("experiment", &[OK, ERROR]),
     ("enter", &[OK, ERROR]),

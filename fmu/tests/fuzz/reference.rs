@@ -9,7 +9,7 @@ use pneumatic_servo::variables::{Chosen, Kind, Role, Variable};
 use crate::common::{DISCARD, ERROR, Instance, OK, is_input, is_real};
 use crate::{MODEL, SOLVER_STEPS, limit, variables};
 
-/// What the instance should be.
+/// Expected state of the instance.
 #[derive(Clone)]
 pub struct Expected {
     pub state: char,
@@ -140,7 +140,7 @@ impl Pair {
         let states = match variable.role {
             Role::Input | Role::Tunable => "IMC",
             Role::Fixed => "IM",
-            // What the description says that a state starts from may be said again.
+            // The start value of a state in the description may be set again.
             _ if MODEL.get().default_starts().expect("defaults that fit").get(&variable.reference) == Some(&value) => {
                 "I"
             }

@@ -13,7 +13,7 @@ use crate::files;
 use crate::process;
 use crate::workspace::Workspace;
 
-/// What Cargo is told.
+/// Arguments of Cargo.
 pub struct Recipe<'a> {
     workspace: &'a Workspace,
     toolchain: Toolchain,

@@ -76,7 +76,7 @@ impl Toolchain {
     }
 }
 
-/// How to compile for a target: with a standard library that is installed, or with one compiled along.
+/// Kind of compilation for a target: with an installed standard library, or with one compiled along.
 pub enum Target {
     /// The toolchain and the triple it compiles for.
     Found(Toolchain, &'static str),
@@ -106,7 +106,7 @@ impl Target {
         })
     }
 
-    /// What is missing.
+    /// Missing tool.
     pub fn missing(self) -> Option<Tool> {
         match self {
             Self::Found(..) => None,

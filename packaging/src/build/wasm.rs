@@ -42,7 +42,7 @@ pub fn build(workspace: &Workspace) -> Result<Vec<u8>> {
 /// # Errors
 /// When a step of the build fails.
 pub fn of_model(workspace: &Workspace, model: &str, is_small: bool) -> Result<Vec<u8>> {
-    // What calls need at most, several times over; a stack that overflows traps.
+    // Stack of several times the largest need of a call; an overflow traps.
     let recipe = module(workspace, 262_144)?.feature("pneumatic-servo-fmu/module").variable("FMU_ONLY_MODEL", model);
     if is_small { small(workspace, recipe).feature("pneumatic-servo-fmu/small").run() } else { recipe.run() }
 }

@@ -19,7 +19,7 @@ pub use self::enumerations::used as enumerations;
 use self::structure::Structure;
 pub use self::terminals::xml as terminals;
 
-/// What changes from build to build.
+/// Values that change from build to build.
 pub struct Stamp {
     /// Identifies the description and the library that belongs to it.
     pub guid: String,
@@ -33,7 +33,7 @@ pub struct Stamp {
     pub licence: String,
 }
 
-/// What the files say they were made by.
+/// Generation tool named in the files.
 pub const TOOL: &str = concat!("pneumatic-servo-fmu ", env!("CARGO_PKG_VERSION"));
 
 /// A version of FMI.

@@ -17,12 +17,12 @@ const LINE: RGBColor = RGBColor(213, 220, 228);
 const WIDTH: u32 = 1720;
 const PANEL_HEIGHT: u32 = 250;
 const FONT: (&str, i32) = ("sans-serif", 26);
-/// What is left of the axes, for their labels, and right of them.
+/// Margins left of the axes, for their labels, and right of them.
 const LEFT: u32 = 150;
 const RIGHT: u32 = 30;
 /// Beside the labels of the axes, for the height of their letters.
 const BORDER: u32 = 8;
-/// What is above the axes, and what the names of several curves take there.
+/// Margin above the axes, and height of the names of several curves.
 const ABOVE: u32 = 16;
 const NAMES: u32 = 34;
 /// The length of the line that stands before a name.
@@ -251,7 +251,7 @@ mod tests {
         Ok(())
     }
 
-    /// What stays the same has no height, and is drawn in the middle of its axes, which are from 16 to 230.
+    /// A constant has no height, and is drawn in the middle of its axes, which are from 16 to 230.
     #[test]
     fn curve_that_stays_the_same_is_in_the_middle() -> Result<()> {
         let variable = models::ALL[0].experiment.panels[0].curves[0];

@@ -4,7 +4,7 @@ use anyhow::{Context, Result, bail};
 use pulldown_latex::config::{DisplayMode, RenderConfig};
 use pulldown_latex::{Parser, Storage, push_mathml};
 
-/// What the renderer puts before the name of a function.
+/// Space that the renderer puts before the name of a function.
 const SPACE: &str = "<mspace width=\"0.1667em\" />";
 
 /// Replaces all equations of a text.

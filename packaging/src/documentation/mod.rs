@@ -104,7 +104,7 @@ fn source(parts: &Parts, name: &str) -> Result<Option<String>> {
     Ok(Some(whole))
 }
 
-/// What is known of a model that has no hand-written part: what it is, and what happens in it.
+/// Generated text of a model without a hand-written part: its contents and its events.
 fn generated(model: &Model) -> String {
     let mut page =
         format!("<section id=\"purpose\">\n<h2>Purpose</h2>\n<p>{}</p>\n</section>\n", escape(model.description));

@@ -229,7 +229,7 @@ mod tests {
             let found = rows(&[&variable]);
             assert!(found.contains(&row), "{row}\n{found}");
         }
-        // What has no default in a table with defaults, and a table without any.
+        // A variable without default in a table with defaults, and a table without any.
         let output = Variable::output(2, "b", units::METRE);
         let empty =
             "<tr><td><code>b</code></td><td>m</td><td class=\"value\"></td><td class=\"value\"></td><td></td></tr>";

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use pneumatic_servo_fmu::{fmi2, fmi3};
 
-/// What is missing and what is too much.
+/// Missing and superfluous exports.
 pub fn problems(exports: &BTreeSet<String>) -> Vec<String> {
     let wanted = standard();
     let names = |set: &mut dyn Iterator<Item = &String>| set.map(String::as_str).collect::<Vec<_>>().join(", ");

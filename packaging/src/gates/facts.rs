@@ -10,7 +10,7 @@ use crate::platform::Platform;
 /// The facts about a library for one processor.
 #[derive(Debug)]
 pub struct Facts {
-    /// Whose format it has.
+    /// Platform of the file's format.
     pub platform: Platform,
     /// The processor.
     pub architecture: Architecture,
@@ -22,7 +22,7 @@ pub struct Facts {
     pub debris: BTreeSet<String>,
     /// The version of glibc or macOS that it needs.
     pub needs: Option<Version>,
-    /// What is wrong with its signature, where it must have one.
+    /// Defect of its signature, where it must have one.
     pub signature: Option<String>,
 }
 

@@ -9,7 +9,7 @@ pub const ARM: u32 = 0x0100_000c;
 pub const MACOS: u32 = 1;
 pub const IOS: u32 = 2;
 
-/// How much of a library of the Mac is signed: a page of 4096 bytes and the half of one.
+/// Signed part of a library of the Mac: a page of 4096 bytes and the half of one.
 const SIGNED: u32 = 6144;
 
 /// A library of the Mac for version 11.3 of a platform: it exports the entry of the compiled part of the Python package, and

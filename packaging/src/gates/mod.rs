@@ -76,8 +76,8 @@ pub fn check_module(platform: Platform, processors: &[&str], bytes: &[u8]) -> Re
     Ok(report(platform, &slices, bytes.len()))
 }
 
-/// What is asked of the compiled part of the Python package for one processor: the interpreter finds its entry and
-/// nothing else, and every version of Python 3 has what it needs.
+/// Rules for the compiled part of the Python package for one processor: its only export is the entry for the interpreter,
+/// and it needs only symbols that every version of Python 3 has.
 fn module_rules(platform: Platform, facts: &Facts) -> Vec<String> {
     const ENTRY: &str = "PyInit__native";
     if facts.platform != platform {
@@ -123,7 +123,7 @@ fn foreign_libraries(platform: Platform, facts: &Facts, brought: &[&str]) -> Opt
     (!foreign.is_empty()).then(|| format!("needs libraries that are no part of the system: {}", list(&foreign)))
 }
 
-/// What is asked of the library for one processor.
+/// Rules for the library for one processor.
 fn rules(platform: Platform, reach: Reach, facts: &Facts) -> Vec<String> {
     if facts.platform != platform {
         return vec![format!("it is a library for {}", facts.platform)];

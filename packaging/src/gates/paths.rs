@@ -1,6 +1,6 @@
 //! Gate: a library contains no path of the building machine.
 
-/// What only a path on the machine of a person or of a build service looks like.
+/// Beginnings of paths on the machine of a person or of a build service.
 const TYPICAL: &[&str] = &["/home/", "/Users/", "/root/", "/tmp/", "\\Users\\", "/.cargo/", "\\.cargo\\"];
 
 /// Every such path that is in the bytes.
@@ -9,7 +9,7 @@ pub fn problems(bytes: &[u8], private: &[String]) -> Vec<String> {
     needles.filter_map(|needle| excerpt(bytes, needle)).map(|text| format!("holds a build path: {text}")).collect()
 }
 
-/// What stands around the first place where a text is found.
+/// Text around the first occurrence.
 fn excerpt(bytes: &[u8], needle: &str) -> Option<String> {
     let place = bytes.windows(needle.len()).position(|window| window == needle.as_bytes())?;
     let end = (place + 80).min(bytes.len());

@@ -25,7 +25,7 @@ pub fn facts(file: &PeFile64<'_>, common: Facts) -> Result<Facts> {
     if file.nt_headers().file_header().number_of_symbols.get(LE) > 0 {
         facts.debris.insert("symbol table".to_owned());
     }
-    // It would name the file with the debugging information.
+    // This directory would name the file with the debugging information.
     if file.data_directory(IMAGE_DIRECTORY_ENTRY_DEBUG).is_some_and(|directory| directory.size.get(LE) > 0) {
         facts.debris.insert("debug directory".to_owned());
     }

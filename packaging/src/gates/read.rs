@@ -81,7 +81,7 @@ mod tests {
         Ok(bytes)
     }
 
-    /// What the gates say of it.
+    /// Verdict of the gates.
     fn verdict(name: &str, more: &str, flags: &[&str]) -> Result<String> {
         let checked = check(Platform::Linux64, Reach::ThisMachine, &library(name, more, flags)?, &[]);
         Ok(checked.unwrap_or_else(|problem| problem.to_string()))

@@ -11,9 +11,9 @@ use crate::build::wasm;
 use crate::description::Version;
 use crate::workspace::Workspace;
 
-/// What the C around the module asks of it besides the functions of FMI.
+/// Exports of the module that the C around it calls, besides the functions of FMI.
 const ROOTS: [&str; 5] = ["plant_begin", "plant_room", "plant_callbacks", "plant_logger", "plant_self_test"];
-/// What the loop asks of a module.
+/// Exports of a module that the loop calls.
 const LOOP: [&str; 6] = ["loop_room", "loop_start", "loop_retune", "loop_advance", "loop_time", "loop_read"];
 
 /// Builds the module of a model.
@@ -99,13 +99,13 @@ pub fn of_loop(workspace: &Workspace, model: &'static Model, module: &[u8]) -> R
 /// Bytes of heap of a loop alone: a run takes half.
 const HEAP: usize = 16 << 10;
 
-/// What the C asks of a module for some versions.
+/// Exports of a module that the C calls, for some versions.
 fn roots(versions: &[Version]) -> Vec<&'static str> {
     let functions = versions.iter().flat_map(|version| match version {
         Version::Fmi2 => pneumatic_servo_fmu::fmi2::exports::Functions::NAMES,
         Version::Fmi3 => pneumatic_servo_fmu::fmi3::exports::Functions::NAMES,
     });
-    // What needs no instance, or ends one, is done by the C itself.
+    // Functions without an instance, or that free one, are written in C.
     let asked = functions.copied().filter(|name| !CONSTANT.contains(name) && !name.ends_with("FreeInstance"));
     ROOTS.into_iter().chain(LOOP).chain(asked).collect()
 }

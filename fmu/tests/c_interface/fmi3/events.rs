@@ -133,7 +133,7 @@ fn event_at_the_very_end_of_a_step_is_told_without_early_return() {
     };
     let end = ends.find(is_at_the_end).expect("an event at the end of a step");
     assert_eq!(to(end), Step { event: 1, terminate: 0, early: 0, time: end });
-    // It happens with the update, as one on the way would.
+    // The event happens with the update, as one within a step would.
     assert!(instance.sticks());
     handle_event(&instance);
     assert!(!instance.sticks());

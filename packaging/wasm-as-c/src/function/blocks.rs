@@ -8,7 +8,7 @@ use super::super::signature::value_type;
 use super::super::value::{Entry, Variable};
 use super::Translation;
 
-/// What kind of block it is.
+/// Kind of the block.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Shape {
     Function,

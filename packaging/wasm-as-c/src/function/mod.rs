@@ -31,7 +31,7 @@ use super::operators::{Type, access, operator};
 use super::signature::{Signature, value_type};
 use super::value::{Entry, Variable};
 
-/// What a function may ask of its module.
+/// Facts about the module of a function.
 pub struct Surroundings<'a> {
     /// The signatures of all functions, imported ones first.
     pub functions: &'a [usize],
@@ -41,7 +41,7 @@ pub struct Surroundings<'a> {
     pub signatures: &'a [Signature],
     /// The types of the global variables.
     pub globals: &'a [Type],
-    /// How many bytes of memory there are from the start on.
+    /// Bytes of memory from the start.
     pub memory: u64,
     /// Bytes behind the memory that nothing uses.
     pub margin: u64,
@@ -87,7 +87,7 @@ struct Translation<'a> {
     calls: Vec<u32>,
     uses_memory: bool,
     bounds: Bounds,
-    /// How many blocks are open that are never reached; nothing is written then.
+    /// Number of open blocks that are unreachable; nothing is written then.
     unreached: Option<usize>,
 }
 
@@ -163,7 +163,7 @@ impl<'a> Translation<'a> {
                 let mut text = format!("switch({}){{", index.value());
                 for (number, target) in targets.targets().enumerate() {
                     let leave = self.branch(target?)?;
-                    // What is as in the default needs no case of its own.
+                    // Cases equal to the default are omitted.
                     if leave != self.branch(targets.default())? {
                         write!(text, "case {number}:{leave}")?;
                     }

@@ -39,7 +39,7 @@ fn inner(of: Type, operators: &[&[u8]]) -> Result<Vec<String>> {
     Ok(text.split_off(1))
 }
 
-/// Those that compare an address with the bounds.
+/// Statements that compare an address with the bounds.
 fn comparisons(operators: &[&[u8]]) -> Result<Vec<String>> {
     Ok(lines(operators)?.into_iter().filter(|line| line.starts_with("within(")).collect())
 }
@@ -67,7 +67,7 @@ fn an_address_is_compared_once_until_it_changes() -> Result<()> {
     assert_eq!(comparisons(&[ADDRESS, LOAD, ADDRESS, LOAD_AT_16])?, once);
     let again = ["within(l0,8u);", "within(l0,24u);"];
     assert_eq!(comparisons(&[ADDRESS, LOAD, CHANGE, ADDRESS, LOAD_AT_16])?, again);
-    // What is far from the address, and a constant in the memory and not.
+    // An access far from the address; a constant address inside and outside the memory.
     assert_eq!(comparisons(&[ADDRESS, LOAD, ADDRESS, LOAD_AT_20000])?, ["within(l0,8u);", "within(l0,20008u);"]);
     assert_eq!(comparisons(&[&[0x41, 8], LOAD])?, [""; 0]);
     assert_eq!(comparisons(&[&[0x41, 0x7c], LOAD])?, ["within(4294967292u,8u);"]);
@@ -85,7 +85,7 @@ fn sums_of_an_address_and_a_number_are_known_as_far_as_the_margin() -> Result<()
     assert_eq!(comparisons(&far)?, ["within(l0,8u);", "within(l0,16376u);"]);
     let below = comparisons(&[ADDRESS, LOAD, ADDRESS, &[0x41, 0x70, 0x6a], LOAD])?;
     assert_eq!(below, ["within(l0,8u);", "within(i0,8u);"]);
-    // What an address was before it changed says nothing.
+    // Bounds of an address are lost when it changes.
     assert_eq!(comparisons(&[ADDRESS, PLUS_16, SET, ADDRESS, LOAD])?, once);
     Ok(())
 }
@@ -113,7 +113,7 @@ fn an_address_is_compared_again_where_a_path_comes_in_that_did_not_or_changed_it
     assert_eq!(of(&[ADDRESS, LOAD, IF, CHANGE, END])?, twice);
     assert_eq!(of(&[IF, ADDRESS, LOAD, ELSE, END])?, twice);
     assert_eq!(of(&[IF, ELSE, ADDRESS, LOAD, END])?, twice);
-    // What the first part has compared says nothing in the second.
+    // Comparisons in the first part do not count in the second.
     assert_eq!(comparisons(&[IF, ADDRESS, LOAD, ELSE, ADDRESS, LOAD_AT_16, END])?, twice);
     assert_eq!(comparisons(&[ADDRESS, LOAD, IF, ELSE, ADDRESS, LOAD_AT_16, END])?, twice[..1]);
     // A loop comes back to its begin, and ends behind its last statement.
@@ -216,7 +216,7 @@ const SIZE: &[u8] = &[0x3f, 0];
 const LOAD_8: &[u8] = &[0x41, 8, 0x28, 2, 0];
 const STORE_8: &[u8] = &[0x41, 8, 0x41, 1, 0x36, 2, 0];
 
-/// What is on the stack keeps its value when a local or global variable, the memory or its size changes.
+/// Values on the stack are kept when a local or global variable, the memory or its size changes.
 #[test]
 fn values_are_computed_before_what_they_depend_on_changes() -> Result<()> {
     assert_eq!(inner(Type::I32, &[GET, CHANGE])?, ["u32 i0;", "i0=l0;", "l0=1u;", "return i0;"]);
@@ -237,7 +237,7 @@ fn values_are_computed_before_what_they_depend_on_changes() -> Result<()> {
     Ok(())
 }
 
-/// What does not depend on what changes stays an expression, and a constant does in any case.
+/// Independent expressions and constants stay expressions.
 #[test]
 fn values_that_do_not_change_are_not_computed() -> Result<()> {
     assert_eq!(inner(Type::I32, &[GET, ONE, SET_GLOBAL])?, ["s->g0=1u;", "return l0;"]);
@@ -304,7 +304,7 @@ fn a_table_of_branches_leads_where_its_places_say() -> Result<()> {
 fn results_of_blocks_are_in_the_variable_of_their_place() -> Result<()> {
     let constant = ["u32 i0;", "if(l0){i0=5u;goto L1;}", "i0=5u;", "L1:;", "return i0;"];
     assert_eq!(inner(Type::I32, &[BLOCK_I32, FIVE, LEAVE_IF, END])?, constant);
-    // What a call has put there stays.
+    // Results of a call stay.
     let called = ["u32 i0;", "i0=host(s);", "if(l0)goto L1;", "L1:;", "return i0;"];
     assert_eq!(inner(Type::I32, &[BLOCK_I32, CALL_HOST, LEAVE_IF, END])?, called);
     let left = ["u32 i0;", "{i0=5u;goto L1;}", "L1:;", "return (i0+1u);"];
