@@ -10,7 +10,7 @@ use pneumatic_servo::models::{pneumatic_servo_cylinder, position_controller};
 
 const PERIOD: f64 = 1e-3;
 
-/// What a controller knows at a sample: the reference and what is measured, in m and m/s.
+/// Inputs of a controller at a sample: the reference and the measured values, in m and m/s.
 struct Sample {
     reference: f64,
     position: f64,

@@ -1,4 +1,4 @@
-//! What each friction law makes of the same slow sine at the valve: `cargo run --release --example compare_laws`.
+//! Comparison of the friction laws under the same slow sine at the valve: `cargo run --release --example compare_laws`.
 
 use std::error::Error;
 use std::f64::consts::TAU;

@@ -1,4 +1,4 @@
-//! How the end of a run changes with parameters, states and inputs: `sensitivities [<law> <duration in s> <name> ...]`.
+//! Sensitivities of the end of a run by parameters, states and inputs: `sensitivities [<law> <duration in s> <name> ...]`.
 
 use std::env;
 use std::error::Error;

@@ -66,7 +66,7 @@ where
 
 /// Solutions of linear systems in a step.
 const STAGES: usize = 6;
-/// What a step of about 1 ms adds to the diagonal, in 1/s.
+/// Shift of the diagonal by a step of about 1 ms, in 1/s.
 const SHIFT: f64 = 4000.0;
 
 fn by_inverse<const N: usize>(jacobian: &SMatrix<f64, N, N>, right: [f64; N]) -> [f64; N] {

@@ -17,7 +17,7 @@ pub fn voltage(time: f64) -> f64 {
 /// A cylinder with a friction law and some parameters changed.
 #[derive(Clone, Debug)]
 pub struct Case {
-    /// What it is called in reports.
+    /// Name in reports.
     pub name: String,
     /// All parameters in the order of the table.
     pub parameters: Vec<f64>,

@@ -6,7 +6,7 @@ use crate::host::Host;
 /// Position in m and friction force in N at the end of each communication step.
 pub type Trajectory = Vec<[f64; 2]>;
 
-/// How far a trajectory is from another.
+/// Distance of a trajectory from another.
 #[derive(Clone, Copy, Debug)]
 pub struct Deviation {
     /// Largest deviation of the position in m.

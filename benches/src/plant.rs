@@ -18,7 +18,7 @@ use pneumatic_servo::system::System;
 use crate::case::{Case, DURATION, STEP, inputs, voltage};
 use crate::error::Trajectory;
 
-/// What the comparison needs of a solver.
+/// Interface of a solver in the comparison.
 pub trait Solver<const N: usize> {
     /// Present time in s.
     fn time(&self) -> f64;
@@ -34,7 +34,7 @@ pub trait Solver<const N: usize> {
     fn stop_at(&mut self, time: f64) -> Result<()>;
 }
 
-/// What happens at the end of a communication step.
+/// Coupling at the end of a communication step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Coupling {
     /// The solver stops and starts afresh, as it must where it knows nothing of the input to come.
@@ -54,7 +54,7 @@ impl Coupling {
     }
 }
 
-/// What a run has found, and the cost of each communication step in ns.
+/// Results of a run, and the cost of each communication step in ns.
 #[derive(Clone, Debug)]
 pub struct Run {
     /// The trajectory.
@@ -105,7 +105,7 @@ impl Inputs {
     }
 }
 
-/// What the friction force follows from: `F_app - m*dv/dt`.
+/// Outputs for the friction force: `F_app - m*dv/dt`.
 struct Outputs {
     area_a: f64,
     area_b: f64,

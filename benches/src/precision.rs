@@ -20,7 +20,7 @@ const TOLERANCES: [f64; 15] =
 /// Tolerances of the rivals.
 const RIVAL_TOLERANCES: [f64; 8] = [1e-3, 1e-4, 3e-5, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9];
 
-/// Who solves.
+/// Solver, ours or a rival.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Solver {
     /// This library, through its C interface.
@@ -76,7 +76,7 @@ pub struct Point {
 /// The points of a solver for a case, by falling tolerance.
 #[derive(Clone, Debug)]
 pub struct Curve {
-    /// Who solves.
+    /// Solver, ours or a rival.
     pub solver: Solver,
     /// The runs.
     pub points: Vec<Point>,
@@ -165,8 +165,8 @@ impl Curve {
     }
 }
 
-/// How much cheaper our solver is than a rival at the errors that the rival has at a tolerance: by position and by
-/// friction force, of which the smaller counts.
+/// Ratio of a rival's cost to ours at the rival's errors at a tolerance: by position and by friction force, of which the
+/// smaller counts.
 pub fn ratio(ours: &Curve, rival: &Curve, tolerance: f64) -> Option<[f64; 2]> {
     let at = rival.near(tolerance).deviation;
     let by = |error: fn(&Deviation) -> f64| Some(rival.cost_at(error(&at), error)? / ours.cost_at(error(&at), error)?);

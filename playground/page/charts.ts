@@ -26,14 +26,14 @@ export interface Look {
   span?: number;
 }
 
-/** What a chart over time shows. */
+/** Contents of a chart over time. */
 export interface Curves {
   times: ArrayLike<number>;
   lines: ArrayLike<number>[];
   episodes?: Episodes;
 }
 
-/** What a chart of one quantity over another shows: a path for each line. */
+/** Contents of a chart of one quantity over another: a path for each line. */
 export type Paths = readonly (readonly [ArrayLike<number>, ArrayLike<number>])[];
 
 /** A chart and what it shows of a run. */
@@ -88,7 +88,7 @@ function axis(label: string): uPlot.Axis {
   };
 }
 
-/** How a line is drawn. */
+/** Style of a line. */
 function stroke(line: Line): uPlot.Series {
   return {
     label: line.label,
@@ -175,7 +175,7 @@ export abstract class Chart<D> {
 
   /** Shows data over a range of time, in front of the kept run. */
   abstract show(data: D, range: [number, number], kept?: D): void;
-  /** What is drawn: the ranges of both axes, and the points of each line. */
+  /** Ranges of both axes, and the points of each line. */
   abstract drawing(): { ranges: [[number, number], [number, number]]; lines: Paths };
   protected abstract options(): Omit<uPlot.Options, "width" | "height">;
   protected abstract data(): uPlot.AlignedData;

@@ -17,14 +17,14 @@ export interface Context {
   changed(): void;
 }
 
-/** What can be taken home. */
+/** Files to export. */
 export interface Files {
   /** Beginning of the names of the files. */
   name: string;
   csv: string;
   ssv: string;
   python: string;
-  /** What is drawn of it. */
+  /** Charts of the run. */
   charts: readonly Chart<never>[];
 }
 

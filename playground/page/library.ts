@@ -20,7 +20,7 @@ interface Exports extends WebAssembly.Exports {
   playground_curves(): number;
 }
 
-/** What the library says when it does not accept something. */
+/** Refusal by the library. */
 export class Refusal extends Error {}
 
 /** Values by the names of variables. */
@@ -33,7 +33,7 @@ export interface Part {
   values: Values;
 }
 
-/** How many numbers the buffer of the module holds. */
+/** Numbers in the buffer of the module. */
 const BUFFER = 4096;
 
 /** The bytes that were compressed and written in base 64. */
@@ -50,7 +50,7 @@ export class Library {
   private constructor(
     readonly module: WebAssembly.Module,
     private readonly exports: Exports,
-    /** What the module calls. */
+    /** Functions that the module calls. */
     private readonly page: { progress: () => void },
   ) {
     exports.playground_tables();

@@ -56,7 +56,7 @@ export abstract class LivePage implements Page {
   protected abstract readonly scale: Scale;
   /** Shows the present state of the run. */
   protected abstract scene(run: Run): void;
-  /** What each of the charts shows of a run from a row on. */
+  /** Contents of the charts of a run, from a row on. */
   protected abstract plots(run: Run, first: number): Plot[];
   /** The charts, in the order of `plots`. */
   protected abstract readonly charts: readonly Chart<never>[];

@@ -12,7 +12,7 @@ export function parameterSlider(context: Context, of: string, name: string, labe
   const entry = variable(model(tables, of), name);
   const { name: unit, factor, offset } = displayUnit(tables, entry);
   const display = tables.units[entry.of ?? ""]?.display ?? [];
-  // What is typed in another unit is turned into the shown one.
+  // A value typed in another unit is converted to the shown one.
   const others = [{ name: entry.of ?? "", factor: 1, offset: 0 }, ...display]
     .filter((other) => other.name !== unit && other.name !== "1")
     .map((other) => ({ name: other.name, factor: other.factor / factor, offset: other.offset - (offset * other.factor) / factor }));
@@ -32,7 +32,7 @@ export function parameterSlider(context: Context, of: string, name: string, labe
   return made;
 }
 
-/** What decides most of all how a cylinder moves, with the ends of its sliders in SI units; the period is beside the input. */
+/** Main parameters of a cylinder's motion, with the ends of their sliders in SI units; the period is beside the input. */
 const PLANT: readonly (readonly [string, string, [number, number]])[] = [
   ["supplyPressure", "Supply", [1.5e5, 1e6]],
   ["mass.moving", "Moving mass", [0.8, 5]],

@@ -164,7 +164,7 @@ export class Parameters {
   }
 }
 
-/** What a value may be, its default, and when it takes effect. */
+/** Range of a value, its default, and the time at which it takes effect. */
 function limits(variable: Variable): string {
   const { min, max, start } = variable;
   const parts: string[] = [];

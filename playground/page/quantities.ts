@@ -2,7 +2,7 @@
 
 import type { Recording } from "./record";
 
-/** How many points of a line are drawn at most; more do not fit on the pixels. */
+/** Most points of a drawn line; more do not fit on the pixels. */
 const DRAWN = 2500;
 
 /** Interval of drawn rows, from a row whose number is a multiple of it, so that a line does not flicker. */

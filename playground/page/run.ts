@@ -8,7 +8,7 @@ export const STEP = 1e-3;
 
 /** A plant of a run and what is recorded of it. */
 export interface Member {
-  /** What its columns begin with, if there are several. */
+  /** Prefix of its columns, if there are several runs. */
   prefix: string;
   model: string;
   values: Values;

@@ -33,7 +33,7 @@ export class Settings {
   /** The experiment of a fit, and the parameters that are free in it; by default the usual ones of the law. */
   experiment: ExperimentName = "rig";
   free: readonly string[] | null = null;
-  /** Who races: the hand of the visitor, or a program. */
+  /** Racer: the hand of the visitor, or a program. */
   racer: Racer = "hand";
   code = FIRST_CODE;
   /** Whether the program came with a link, and was not touched since. */

@@ -4,7 +4,7 @@ import { element, segments, slider } from "./dom";
 import { sketch } from "./sketch";
 import type { Kind, Signal } from "./signal";
 
-/** How a signal is shown and how far it goes. */
+/** Scale of a signal: its unit and range. */
 export interface Scale {
   label: string;
   unit: string;

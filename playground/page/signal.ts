@@ -3,14 +3,14 @@
 export const KINDS = ["constant", "sine", "ramp", "drawn"] as const;
 export type Kind = (typeof KINDS)[number];
 
-/** How many points a drawing has. */
+/** Points of a drawing. */
 export const POINTS = 101;
 
 export interface Signal {
   kind: Kind;
   /** The value of the slider, and the middle of everything else, in SI units. */
   level: number;
-  /** How far it goes from the middle. */
+  /** Amplitude around the middle. */
   amplitude: number;
   /** Time in s after which it repeats. */
   period: number;

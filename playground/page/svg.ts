@@ -7,7 +7,7 @@ const [WIDTH, HEIGHT] = [640, 260];
 const [LEFT, RIGHT, TOP, BOTTOM] = [64, 12, 26, 42];
 /** Points that are less apart, in px, are drawn as one. */
 const NEAR = 0.4;
-/** How many divisions an axis has, about. */
+/** Approximate divisions of an axis. */
 const DIVISIONS = 6;
 
 /** Charts one below the other, in the colours of a light page. */

@@ -31,7 +31,7 @@ export interface Variable {
   countsFor: { choice: string; item: number } | null;
 }
 
-/** How an input moves. */
+/** Course of an input. */
 export type Course =
   | { Sine: { mean: number; amplitude: number; frequency: number; delay: number } }
   | { Steps: [number, number][] };

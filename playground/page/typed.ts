@@ -2,7 +2,7 @@
 
 import type { DisplayUnit } from "./tables";
 
-/** What was typed is no value; the message says why, and what would be one. */
+/** Typed text that is no value; the message says why, and what would be one. */
 export class Mistyped extends Error {}
 
 const NUMBER = /^([+-]?(?:\d+(?:[.,]\d*)?|[.,]\d+)(?:e[+-]?\d+)?)\s*(.*)$/i;

@@ -11,21 +11,21 @@ use pneumatic_servo::variables::ParameterError;
 pub enum CallError {
     /// There is nothing of that number.
     NoSuch {
-        /// What was asked for.
+        /// Requested thing.
         what: &'static str,
         /// Its number.
         number: f64,
     },
     /// More numbers than the buffer has.
     TooMany {
-        /// How many.
+        /// Their number.
         count: usize,
     },
     /// Bytes that are no text.
     NoText,
     /// A step that ends at no time, or in the past.
     Time {
-        /// Where it was to end.
+        /// The end asked for.
         end: f64,
     },
     /// The plant refuses a value.

@@ -1,7 +1,7 @@
 //! The exported functions.
 //!
-//! Those that return a number return 0, or 1 for a refusal, which is then the text. Nothing that the page passes is used
-//! as an address.
+//! Functions that return a number return 0, or 1 for a refusal with its text. Nothing that the page passes is used as an
+//! address.
 
 #![allow(unsafe_code, reason = "an exported name must be unique in the whole program, which no compiler can check")]
 
@@ -51,7 +51,7 @@ pub extern "C" fn playground_text() -> *const u8 {
     TEXT.with_borrow(|text| text.as_ptr())
 }
 
-/// How many bytes the text has.
+/// Length of the text in bytes.
 // SAFETY: as for `playground_buffer`.
 #[unsafe(no_mangle)]
 pub extern "C" fn playground_text_length() -> usize {
@@ -162,7 +162,7 @@ mod tests {
         SESSION.with_borrow_mut(|session| session.buffer[..numbers.len()].copy_from_slice(numbers));
     }
 
-    /// What a page does: it looks at the tables, sets an input, runs to a time, reads, and writes what it has set.
+    /// A session of a page: it reads the tables, sets an input, runs to a time, reads, and writes its settings.
     #[test]
     fn page_runs_a_model_through_the_exported_functions() {
         let buffer = SESSION.with_borrow_mut(|session| session.buffer.as_mut_ptr());

@@ -33,7 +33,7 @@ pub fn fit(question: &str, samples: &[f64], told: &dyn Fn(&Value)) -> Result<(Va
     }
 }
 
-/// How far a fit is.
+/// Progress of a fit.
 struct Progress<'a> {
     told: &'a dyn Fn(&Value),
     stage: RefCell<String>,

@@ -2,7 +2,7 @@
 
 use crate::CallError;
 
-/// What is in a place of a list, given as the page gives numbers.
+/// Item of a list at a place, given as a number of the page.
 pub fn of_place<'a, T>(list: &'a [T], what: &'static str, place: f64) -> Result<&'a T, CallError> {
     // The cast saturates and makes 0 of what is no number; only a place that it leaves as it is counts.
     let index = place as usize;
@@ -10,7 +10,7 @@ pub fn of_place<'a, T>(list: &'a [T], what: &'static str, place: f64) -> Result<
     found.ok_or(CallError::NoSuch { what, number: place })
 }
 
-/// That there is nothing of a number, for a list that is shorter.
+/// Refusal of a number beyond the end of a list.
 pub fn no_such(what: &'static str, number: usize) -> CallError {
     CallError::NoSuch { what, number: number as f64 }
 }

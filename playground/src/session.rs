@@ -8,9 +8,9 @@ use crate::CallError;
 use crate::place::{no_such, of_place};
 use crate::ssv::ssv;
 
-/// How many numbers the buffer holds.
+/// Numbers in the buffer.
 pub const BUFFER: usize = 4096;
-/// How many plants there can be at a time.
+/// Most plants at a time.
 pub const SLOTS: usize = 8;
 
 /// Plants in numbered slots, and the buffer. Models and variables are known by their places in [`models::ALL`] and in

@@ -17,7 +17,7 @@ use pneumatic_servo::variables::ParameterError;
 /// Takes the message of a call that is refused.
 pub type Log = fn(&str);
 
-/// How a call ends, as the enumeration `PlantStatus` of C.
+/// Status of a call, as the enumeration `PlantStatus` of C.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
 pub enum Status {
@@ -27,7 +27,7 @@ pub enum Status {
     Error = 3,
 }
 
-/// What a control loop asks of a run; values are in the order of the table of the model.
+/// Run of a control loop; values are in the order of the table of the model.
 pub trait Running {
     /// Current time in s.
     fn time(&self) -> f64;
@@ -135,7 +135,7 @@ pub struct Loop {
     run: Option<Box<dyn Running>>,
     /// Inputs, parameters, computed variables.
     values: Vec<f64>,
-    /// How many of the first two there are.
+    /// Number of inputs and of parameters.
     counts: [usize; 2],
 }
 

@@ -22,7 +22,7 @@ fn developer(words: &[OsString]) -> ExitCode {
     let mut cargo = process::cargo();
     cargo.args(["run", "--config", "term.progress.when='always'", "--config", "term.progress.width=80"]);
     cargo.args(["--profile", "quick", "--package", "xtask-developer", "--"]).args(words);
-    // What it prints, and how it ends, is its own.
+    // Output and exit code are the command's own.
     match cargo.status() {
         Ok(status) => status.code().and_then(|code| u8::try_from(code).ok()).map_or(ExitCode::FAILURE, ExitCode::from),
         Err(problem) => commands::ended(Err(anyhow::Error::from(problem).context("cannot start Cargo"))),

@@ -28,7 +28,7 @@ Usage: cargo xtask new law NAME FOLDER [--kind velocity|set-valued|bristle|full]
 Example:
   cargo xtask new law QuadraticDrag ../quadratic-drag    then `cargo test` in that folder";
 
-/// What a crate has.
+/// Kind of crate to begin.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Kind {
     /// A law that is a function of velocity.
@@ -526,7 +526,7 @@ mod tests {
         Ok(std::fs::remove_dir_all(&folder)?)
     }
 
-    /// What is no name, what Rust or the source of the crate uses, and what the library has.
+    /// Refused names: no identifiers, or used by Rust, by the crate's source, or by the library.
     #[test]
     fn names_that_do_not_compile_are_refused() -> Result<()> {
         let home = workspace::home();

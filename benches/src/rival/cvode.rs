@@ -52,7 +52,7 @@ const NO_LIMIT: c_long = -1;
 
 /// CVODE with dense LU and the exact Jacobian, at work.
 pub struct Cvode<'p, const N: usize> {
-    /// What the callbacks are given.
+    /// Context of the callbacks.
     plant: &'p Plant,
     context: Handle,
     memory: Handle,

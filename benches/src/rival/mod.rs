@@ -1,6 +1,6 @@
 //! General stiff solvers on the same equations.
 //!
-//! They are given the error weights that our solver uses. The right-hand side and the Jacobian are ours.
+//! Error weights, right-hand side and Jacobian are our solver's.
 
 #[cfg(feature = "cvode")]
 mod cvode;
@@ -32,7 +32,7 @@ pub enum Method {
 pub struct Rival {
     /// The method.
     pub method: Method,
-    /// How it is coupled.
+    /// Coupling to the communication steps.
     pub coupling: Coupling,
 }
 

@@ -8,10 +8,10 @@ export const LONGEST = 10;
 export const VOLTS: readonly [number, number] = [0, 10];
 /** A carriage rests that is slower, in m/s, for so long, in s; not before it has moved so far, in m. */
 const [SLOW, REST, MOVED] = [1e-4, 1, 1e-3];
-/** What a second costs, in mm. */
+/** Cost of a second, in mm. */
 const SECOND = 0.1;
 
-/** How a carriage came to rest. */
+/** Result of a race. */
 export interface Result {
   /** Distance from the target in m. */
   off: number;
@@ -43,7 +43,7 @@ export class Judge {
   }
 }
 
-/** What a controller begins with, for those who want to write a better one. */
+/** First program of the editor, to be improved. */
 export const FIRST_CODE = `// Every millisecond: the voltage of the valve, which is closed at 5 V.
 let sum = 0;
 function control(time, position, velocity) { // in s, m, m/s

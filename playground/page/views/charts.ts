@@ -2,7 +2,7 @@
 
 import { PathChart, TimeChart, type Line, type Look } from "../charts";
 
-/** What differs from the usual look. */
+/** Departures from the usual look. */
 type More = Partial<Look>;
 
 export const position = (lines: Line[], more: More = {}): TimeChart =>

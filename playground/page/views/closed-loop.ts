@@ -145,7 +145,7 @@ export class ClosedLoop extends LivePage {
     };
   }
 
-  /** How well it follows and how often it sticks, of late. */
+  /** Recent tracking error and share of sticking. */
   private judge({ recording, time }: Run): void {
     const first = recording.rows - Math.ceil(JUDGED / STEP);
     const [wanted, is, sticking] = ["controller.referencePosition", "plant.position", "plant.sticking"].map((name) =>

@@ -12,7 +12,7 @@ import type { FitContext, Study } from "../fit/study";
 import { lawChoice } from "../law-choice";
 import { BENCH, CYLINDER } from "../settings";
 
-/** What measurements give, so that it is no parameter. */
+/** Measured inputs, which are no parameters. */
 const DRIVEN = [
   `${CYLINDER}.valveVoltage`,
   ...["bench.drive", "driveVelocity", "prescribedPosition", "friction.level", "position0"].map((name) => `${BENCH}.${name}`),

@@ -27,7 +27,7 @@ export const VOLTAGE: Scale = {
   centring: [0, 4],
 };
 
-/** What the charts need besides the drawing. */
+/** Variables for the charts besides the drawing. */
 export const WATCHED = ["valveVoltage", "externalForce", ...SHOWN];
 
 export class StickSlip extends LivePage {

@@ -68,7 +68,7 @@ mod tests {
         Ok(())
     }
 
-    /// What is missing or was changed by hand is written anew, and is then as it is in the repository.
+    /// Missing or edited files are written anew, as in the repository.
     #[test]
     fn descriptions_and_tables_are_written() -> Result<()> {
         let repository = workspace::home();

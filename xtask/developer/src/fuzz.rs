@@ -44,7 +44,7 @@ Examples:
   cargo xtask fuzz --keep co_simulation                 copy a choice of the corpus into the sources
 It needs Linux, a nightly compiler and a tool: cargo install --locked cargo-fuzz";
 
-/// What is asked for.
+/// Options of the command.
 struct Fuzz {
     targets: Vec<String>,
     minutes: u64,

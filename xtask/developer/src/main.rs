@@ -24,7 +24,7 @@ use lexopt::Parser;
 use pneumatic_servo_packaging::workspace::Workspace;
 use pneumatic_servo_packaging::{commands, lock};
 
-/// What a command does in the repository.
+/// Work of a command in the repository.
 type Work = Box<dyn FnOnce(&Workspace) -> Result<()>>;
 
 /// A command.

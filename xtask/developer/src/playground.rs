@@ -74,7 +74,7 @@ pub fn check(workspace: &Workspace, venv: &Venv, page: &Path) -> Result<()> {
     process::run(test.env("PYTHON", venv.program("python")))
 }
 
-/// What this machine lacks for the page.
+/// Missing tools for the page.
 ///
 /// # Errors
 /// When the Rust compiler in use does not answer.

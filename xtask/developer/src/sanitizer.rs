@@ -12,8 +12,8 @@ use pneumatic_servo_packaging::workspace::Workspace;
 /// # Errors
 /// When there is no nightly compiler, it finds something, or a test fails.
 pub fn run(workspace: &Workspace) -> Result<()> {
-    /// They repeat for all laws what others do for some, which takes longer than all others; what could go wrong with
-    /// memory is in the C faces, which are the same for all laws.
+    /// Long tests that repeat for all laws what others do for some; memory errors can only be in the C interfaces, which
+    /// are the same for all laws.
     const LONG: [&str; 2] = ["for_all_models_and_laws", "in_every_model_for_every_law"];
     heading("C interface under the address sanitizer");
     let host = nightly_host().context("it needs Linux and a nightly compiler (rustup toolchain install nightly)")?;

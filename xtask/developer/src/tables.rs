@@ -12,7 +12,7 @@ struct Table {
     of: fn(&Variables) -> String,
 }
 
-/// What is generated in which page; all of it is about the cylinder.
+/// Generated tables and their pages; all are about the cylinder.
 const TABLES: [Table; 5] = [
     Table { page: "README.md", name: "names of the laws", of: names_of_laws },
     Table { page: "docs/friction-laws.md", name: "laws", of: laws },

@@ -52,7 +52,7 @@ Examples:
   cargo xtask test --sources --only cortex-m7,s390x   the sources in C for two targets
   cargo xtask test --sources --fuzz 10   random calls of the sources in C for ten minutes; with --only of some models";
 
-/// What is checked.
+/// Part of the checks to run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Part {
     Platforms,
@@ -133,8 +133,8 @@ fn run(workspace: &Workspace) -> Result<()> {
     process::both(|| checks.plant(), || checks.packages(&venv)).map(|_| ())
 }
 
-/// What lints and documentation look at. The benchmark's rivals take longer to compile than everything else together;
-/// `cargo bench` compiles them. Both with the same features: what the packages depend on is then checked once.
+/// Features of lints and documentation, the same for both, so that dependencies are checked once. The benchmark's rivals
+/// take longer to compile than everything else together; `cargo bench` compiles them.
 const FEATURES: [&str; 2] = ["--features", "importer/fmi,benchmark/calls"];
 
 /// Tests in Python that start programs: they run beside the others, and take half of the time of all.
@@ -289,7 +289,7 @@ impl Checks<'_> {
     }
 }
 
-/// What the crate `fmi` needs in order to read the C headers of FMI: libclang, and the compiler's own headers.
+/// Environment in which the crate `fmi` finds libclang and the compiler's own headers for the C headers of FMI.
 fn bindgen(venv: &Venv) -> Result<Vec<(&'static str, OsString)>> {
     let mut variables = vec![("LIBCLANG_PATH", venv.module("clang")?.join("native").into_os_string())];
     if cfg!(target_os = "linux") {

@@ -151,7 +151,7 @@ fn count(workspace: &Workspace) -> Result<Counts> {
     Ok(Counts { rustc: version.trim().to_owned(), instructions: counted.collect::<Result<_>>()? })
 }
 
-/// What calls the library, with the plant that the tests have compiled: it takes some dozens of the instructions.
+/// Program that calls the library, with the plant that the tests have compiled: it takes some dozens of the instructions.
 fn host(workspace: &Workspace) -> Result<PathBuf> {
     let mut cargo = process::cargo();
     cargo.args(["build", "--package", "benchmark", "--bin", "steps", "--features", "pneumatic-servo/default"]);
@@ -172,7 +172,7 @@ fn collected(program: &Path, library: &Path, case: &str, steps: u64) -> Result<u
     instructions(Command::new(program).arg(library).args([law, &steps.to_string()]).args(words))
 }
 
-/// How many instructions a program takes from its start to its end.
+/// Instructions of a program from its start to its end.
 ///
 /// # Errors
 /// When valgrind is missing, or the program fails.

@@ -191,13 +191,13 @@ fn new_laws_keep_what_laws_promise() {
     law::<Friction>("RootedCoulomb", Claims { odd: true, stored: Some(0.0) });
     let of_both = 0.5 * MOST * (4.0 * 1e-5 + 6.0 * 5e-5);
     law::<Friction>("TwoBristles", Claims { odd: true, stored: Some(of_both) });
-    // What lags may push for a while: no bound on what it gives back is claimed.
+    // A lag may return energy for a while: no bound is claimed.
     law::<Friction>("LaggedBristle", Claims { odd: true, stored: None });
     law::<Friction>("RateAndState", Claims { odd: true, stored: Some(0.0) });
     law::<Friction>("WarmBristle", Claims { odd: true, stored: None });
 }
 
-/// They move the cylinder, and saved states repeat to the bit.
+/// The laws move the cylinder, and saved states repeat to the bit.
 #[test]
 fn cylinder_runs_under_the_new_laws_and_repeats_from_saved_states() -> Outcome {
     for law in [

@@ -101,7 +101,7 @@ parameters! {
 #[derive(Clone, Debug)]
 pub struct QuarterCar(Parameters);
 
-/// What the tyre does: sliding velocity in m/s, rate of the deflection in m/s, friction coefficient.
+/// Quantities of the tyre: sliding velocity in m/s, rate of the deflection in m/s, friction coefficient.
 struct Tyre<S> {
     sliding: S,
     rate: S,
@@ -109,7 +109,7 @@ struct Tyre<S> {
 }
 
 impl QuarterCar {
-    /// What it does at these states.
+    /// Its quantities at these states.
     fn tyre<S: Scalar>(&self, x: &[S]) -> Tyre<S> {
         let (p, [v, w, z]) = (&self.0, [State::Velocity, State::Wheel, State::Deflection].map(|state| state.get(x)));
         let sliding = v - w * p.radius;

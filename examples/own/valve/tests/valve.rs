@@ -37,8 +37,8 @@ fn open_valve_has_the_choked_flow() -> Outcome {
     Ok(())
 }
 
-/// What the chambers hold is what has flowed in, to the solver's tolerance of a millionth of the gram that flows; the
-/// carriage moves both ways.
+/// The mass in the chambers is the inflow, to the solver's tolerance of a millionth of the flowing gram; the carriage moves
+/// both ways.
 #[test]
 fn carriage_moves_both_ways_and_no_air_is_lost() -> Outcome {
     let mut plant = cylinder()?.set("balance.enabled", true)?.start(0.0)?;

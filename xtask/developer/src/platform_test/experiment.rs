@@ -10,9 +10,9 @@ use pneumatic_servo::variables::{Kind, Role, Variable};
 use pneumatic_servo_fmu::guid;
 use pneumatic_servo_packaging::description::is_exchanged;
 
-/// How the host calls co-simulation by FMI 2.0.
+/// Name of co-simulation by FMI 2.0 in the host's text.
 pub const FMI2: &str = "fmi2";
-/// How it calls co-simulation by FMI 3.0.
+/// Name of co-simulation by FMI 3.0.
 pub const FMI3: &str = "fmi3";
 /// The same with event mode, where steps return at events.
 pub const EVENTS: &str = "fmi3-events";
@@ -33,7 +33,7 @@ const LONG: [(&str, Part); 3] = [("Festoon_Bristle", 20), ("FrictionBench_Bristl
 /// The parameter that is varied, where a model has it.
 const LAW: &str = "friction.law";
 
-/// What changes together in a run with options: names and values.
+/// Simultaneous changes in a run with options: names and values.
 type Changes = &'static [(&'static str, f64)];
 
 /// Cylinders with options: everything a valve with hoses can have, and switching valves.

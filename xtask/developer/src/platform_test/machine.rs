@@ -27,7 +27,7 @@ impl Machine {
     /// All of them.
     pub const ALL: [Self; 3] = [Self::Linux, Self::Windows, Self::Arm];
 
-    /// What it is called.
+    /// Name of the machine.
     pub fn name(self) -> &'static str {
         match self {
             Self::Linux => "linux64",

@@ -142,11 +142,11 @@ pub struct Compiler {
     pub program: &'static str,
     /// The folder of what it makes.
     pub folder: &'static str,
-    /// What it is told always.
+    /// Arguments of every call.
     pub always: &'static [&'static str],
-    /// What it is told where it compiles the sources.
+    /// Arguments of compiling.
     pub compiling: &'static [&'static str],
-    /// What it is told where it links.
+    /// Arguments of linking.
     pub linking: &'static [&'static str],
     /// Whether an instance that fails the self-test is refused.
     pub is_refusing: bool,

@@ -79,9 +79,9 @@ pub fn run(workspace: &Workspace, only: &[String]) -> Result<()> {
     on_targets(workspace, &targets, &written, &plant, &rust)
 }
 
-/// What `--only` calls the loops of one law.
+/// Name of the loops of one law for `--only`.
 const LOOP: &str = "loop";
-/// What it calls the core tests of the translator.
+/// Name of the core tests of the translator for `--only`.
 const TRANSLATOR: &str = "wasm-as-c";
 
 /// The core tests of the specification of WebAssembly, for what makes C of it.
@@ -227,8 +227,7 @@ fn by_fmpy(workspace: &Workspace, model: &'static Model, module: &[u8]) -> Resul
     process::run(python.env("PATH", venv.path()?))
 }
 
-/// How many instructions a step takes in the library in Rust and in that from C, as valgrind counts them, and their ratio: a
-/// row for each law.
+/// Instructions of a step in the Rust library and in the library from C, by valgrind, and their ratio: a row for each law.
 fn speed(workspace: &Workspace, written: &Written, rust: &[u8], library: &Path) -> Result<Vec<String>> {
     /// The difference between a long and a short run, so that the start does not count.
     const STEPS: [u64; 2] = [50, 350];

@@ -14,7 +14,7 @@ const PAGE: &str = "docs/target.md";
 /// The major version of the compiler with which the table was made: others make code of another size.
 const VERSION: &str = "12";
 
-/// What the plant needs.
+/// Memory and instructions that the plant needs.
 #[derive(Debug, Default, PartialEq)]
 pub struct Needs {
     /// Bytes of code and constants.
@@ -32,7 +32,7 @@ pub struct Needs {
 }
 
 impl Needs {
-    /// What objects need by themselves.
+    /// Needs of objects by themselves.
     ///
     /// # Errors
     /// When their size is not told.
@@ -42,7 +42,7 @@ impl Needs {
         Self::of_sizes(&printed).with_context(|| format!("no size of objects: {printed}"))
     }
 
-    /// What `size` prints: code, variables and zeros in the first columns of the last line.
+    /// Sums of the output of `size`: code, variables and zeros in the first columns of the last line.
     fn of_sizes(printed: &str) -> Option<Self> {
         let mut columns = printed.lines().last()?.split_whitespace().map(|word| word.parse::<u64>().ok());
         let (text, data, zeros) = (columns.next()??, columns.next()??, columns.next()??);

@@ -16,7 +16,7 @@ const OF_TWO_MODELS: [&str; 3] = [
     "state_of_another_model_is_refused",
     "model_without_continuous_states_is_there_for_co_simulation_only",
 ];
-/// What the names of tests of all models have in common; most tests are about the cylinder.
+/// Common parts of the names of tests of all models; most tests are about the cylinder.
 const OF_ALL_MODELS: [&str; 6] =
     ["every_model", "all_models", "nominals_are_those", "start_values_of_states", "version_is", "version_and_platform"];
 

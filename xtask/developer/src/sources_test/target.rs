@@ -13,11 +13,11 @@ use super::compiled::{Compiler, Written};
 use super::needs::Needs;
 use crate::platform_test::{Machine, wine};
 
-/// What came out on a target.
+/// Result of the programs on a target.
 pub struct Outcome {
     /// The bits of all results.
     pub bits: String,
-    /// What that took.
+    /// Memory and instructions that it needed.
     pub needs: Needs,
 }
 
@@ -61,7 +61,7 @@ impl Target {
         Self::Clang,
     ];
 
-    /// What it is called.
+    /// Name of the target.
     pub fn name(self) -> &'static str {
         match self {
             Self::Linux => "Linux on x86_64",
@@ -241,7 +241,7 @@ impl Target {
     }
 }
 
-/// What is run on each target.
+/// Programs that run on each target.
 const PROGRAMS: [(&str, &str); 4] = [
     ("memory", "tests/sources/memory.c"),
     ("arithmetic", "tests/sources/arithmetic.c"),
