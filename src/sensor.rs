@@ -25,7 +25,7 @@ use crate::variables::{Field, Fixed, Meaning, ParameterError, Tunable, Unit, Var
 /// sample time shorter than a clock can follow.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sensor {
-    /// What is added to the quantity.
+    /// Offset added to the quantity.
     pub offset: Tangent,
     /// Time constant `tau` in s of the lag.
     pub lag: Tangent,
@@ -37,20 +37,20 @@ pub struct Sensor {
     pub sample_time: f64,
 }
 
-/// What a sensor measures.
+/// Quantity that a sensor measures.
 #[derive(Clone, Copy, Debug)]
 pub struct Quantity {
     /// Its unit.
     pub unit: Unit,
     /// Unit to show it in.
     pub display: Option<&'static str>,
-    /// What no sensor of it exceeds.
+    /// Largest value of any sensor of it.
     pub most: f64,
     /// Magnitude of the errors of a sensor.
     pub error: f64,
 }
 
-/// What a sensor with a sample time remembers.
+/// Discrete state of a sensor with a sample time.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Memory<S> {
     reading: S,
@@ -126,7 +126,7 @@ impl Sensor {
         self.lag > 0.0
     }
 
-    /// What it remembers at the start, with a seed of its own, of a quantity that has been there for long.
+    /// Discrete state at the start, with a seed of its own, of a quantity that was constant before.
     pub fn start<S: Varying>(&self, quantity: S, seed: u64) -> Memory<S> {
         let mut memory = Memory { reading: S::zero(), next: 0, random: seed };
         self.sample(quantity, quantity, &mut memory);

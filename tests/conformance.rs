@@ -102,7 +102,7 @@ laws! {
     }
 }
 
-/// What a check says, if it fails.
+/// Message of a check, if it fails.
 fn refusal(check: impl FnOnce()) -> Option<String> {
     let panic = catch_unwind(AssertUnwindSafe(check)).err()?;
     let text = panic.downcast_ref::<String>().cloned();

@@ -50,8 +50,7 @@ fn supply_fills_with_air_of_its_own_temperature() {
     }
 }
 
-/// What flows out has the temperature of the chamber, so the gas that stays expands isentropically, however hot the
-/// supply.
+/// The outflow has the temperature of the chamber, so the remaining gas expands isentropically, however hot the supply.
 #[test]
 fn chamber_exhausts_gas_of_its_own_temperature() {
     let rig = held().set("chamberA.pressure0", 8e5).set("valveVoltage", 0.0).set("supplyTemperature", 500.0);

@@ -37,7 +37,7 @@ fn experiments_are_those_of_the_models() {
     assert!(written.is_empty(), "{written:?}");
 }
 
-/// What the table states of a variable.
+/// Facts in the table about a variable.
 fn stated(table: &Table, variable: &Variable) -> Facts {
     let causality = match variable.role {
         Role::Time => unreachable!("it is left out"),
@@ -77,7 +77,7 @@ fn stated(table: &Table, variable: &Variable) -> Facts {
     texts.chain(numbers).filter_map(|(name, value)| Some((name.to_string(), value?))).collect()
 }
 
-/// What the description tells of each variable.
+/// Facts in the description about each variable.
 fn described(model: &Model) -> Vec<Facts> {
     let file = format!("{}/modelDescription/{}.xml", env!("CARGO_MANIFEST_DIR"), model.name);
     let text = std::fs::read_to_string(&file).expect(&file);

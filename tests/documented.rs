@@ -229,8 +229,8 @@ fn stated_drift() -> BTreeMap<String, String> {
     rows.map(|row| (row[1].to_owned(), row[7].to_owned())).collect()
 }
 
-/// How far a load that swings between 1 and 5 N, which is below every break-away force and the elastic limit of ElastoPlastic,
-/// moves a free mass of the bench in a second, that is, in ten swings, after twenty others. In m.
+/// Displacement in m of a free mass on the bench in one second (ten periods, after twenty others) under a load that
+/// oscillates between 1 and 5 N, below every break-away force and the elastic limit of ElastoPlastic.
 fn drift(law: &str) -> f64 {
     let mut running = Rig::bench(law, "Free").set("appliedForce", 3.0).start().expect("a legal case");
     let mut swing = |begin: f64, seconds: f64| {
@@ -245,7 +245,7 @@ fn drift(law: &str) -> f64 {
     swing(2.0, 1.0) - before
 }
 
-/// What drifts or creeps moves by more than 0.1 um each second, and what does not by less than a thousandth of a picometre.
+/// A law that drifts or creeps moves by more than 0.1 um each second, another by less than a thousandth of a picometre.
 #[test]
 fn drift_is_what_the_table_of_laws_says() {
     let stated = stated_drift();

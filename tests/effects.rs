@@ -12,7 +12,7 @@ use pneumatic_servo::variables::{Kind, Table, Variable};
 use cases::{Changes, rigs, start};
 use pneumatic_servo::conformance::Random;
 
-/// What of a model is changed alone: an input by its place, or a parameter to a value.
+/// A single change of a model: an input by its index, or a parameter with its value.
 #[derive(Clone, Copy)]
 enum Change {
     Input(usize),
@@ -38,7 +38,7 @@ fn changes(model: &Model) -> Vec<(String, Vec<Change>)> {
             }
             Kind::Boolean => vec![(name.to_owned(), vec![alone(1.0 - start)])],
             Kind::Integer if variable.chooses.is_some() => {
-                // Those of the items themselves are found above: here it is whether numbers choose at all.
+                // Items are compared above: here it is whether numbers choose at all.
                 let items = 1..=variable.max.map_or(1, |max| max as i32);
                 vec![(name.to_owned(), items.map(|id| alone(f64::from(id))).collect())]
             }
@@ -105,7 +105,7 @@ fn law_of(table: &Table, parameter: &str) -> Option<(&'static str, f64)> {
     law.map(|(id, ..)| ("friction.law", f64::from(*id)))
 }
 
-/// What parameters of a law need beside it.
+/// Conditions under which parameters of a law have an effect.
 fn of_laws(group: &str) -> Vec<Changes> {
     match group {
         // A mass that sticks and slips.

@@ -27,7 +27,7 @@ const FLOORS: [&str; 15] = [
 /// The room that stands over all and lets strangers in, and the library itself.
 const ABOVE: [&str; 2] = ["prelude", ""];
 
-/// What a file of a crate uses of the same crate.
+/// Uses of the same crate in one of its files.
 struct Uses {
     /// The modules on the way to the file, its own at last; a `mod.rs` is the module of its folder.
     module: Vec<String>,
@@ -122,7 +122,7 @@ fn neighbours(files: &[Uses]) -> BTreeMap<&[String], BTreeSet<(&str, &str)>> {
     found
 }
 
-/// What is left of uses when again and again those are taken away that lead to no other or come from none.
+/// Remaining uses after repeated removal of those that lead to no other or come from none.
 fn circle<'a>(uses: &BTreeSet<(&'a str, &'a str)>) -> BTreeSet<(&'a str, &'a str)> {
     let mut left = uses.clone();
     loop {

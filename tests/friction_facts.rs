@@ -127,7 +127,7 @@ fn springs_of_stick_slip_laws_hold_the_mass() {
         run.set("appliedForce", 11.2);
         run.advance(101.0).unwrap();
         assert!(run.get("velocity") > 0.01, "{law} holds 11.2 N");
-        // What slides has lost its elastic range, and finds another where it stops.
+        // After slip the contact has a new elastic range where it stops.
         run.set("appliedForce", 0.0);
         run.advance(110.0).unwrap();
         within(run.get("velocity").abs(), 2e-14, law);

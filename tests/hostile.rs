@@ -132,7 +132,7 @@ fn supply_below_ambient_is_noticed_where_a_valve_has_it() {
     assert_eq!(noticed("PressureRegulator", 5.0), noticed("ProportionalValve", 5.0));
 }
 
-/// Whatever system a law is part of.
+/// In every system.
 #[test]
 fn shares_that_do_not_add_up_to_1_are_noticed_under_their_law() {
     for model in models::ALL.iter().filter(|model| Setup::new(model).table().find("friction.law").is_some()) {

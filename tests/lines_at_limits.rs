@@ -85,8 +85,8 @@ fn regulator_on_an_empty_vessel_leaves_the_chamber_as_it_is() {
     assert_eq!(get(&mut plant, "chamberA.massFlow"), 0.0);
 }
 
-/// What the chambers have received, the vessel has lost, whichever chamber it feeds: `p*V` adds up at one temperature. The
-/// supply gives some 15 ug through the smallest conductance there is, and no chamber is vented.
+/// The vessel has lost the chambers' gain, whichever chamber it feeds: `p*V` adds up at one temperature. The supply gives
+/// some 15 ug through the smallest conductance there is, and no chamber is vented.
 #[test]
 fn vessel_loses_what_the_chambers_get() {
     let area = [PI * 0.016f64.powi(2) / 4.0, PI * (0.016f64.powi(2) - 0.006f64.powi(2)) / 4.0];

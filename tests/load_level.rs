@@ -8,7 +8,7 @@ use std::f64::consts::TAU;
 use bounds::{close, larger, smaller, within};
 use rig::Rig;
 
-/// What breaks a bond, `N*sigma0*deltaS` = 12.4 N and `(1 + a)*sigma0*z0` = 10.998 N, grows with the load level as every
+/// The strength of bonds, `N*sigma0*deltaS` = 12.4 N and `(1 + a)*sigma0*z0` = 10.998 N, grows with the load level as every
 /// other friction force does. Within the 0.1 ms between two samples pressure and force grow by less than 1 %.
 #[test]
 fn bonds_hold_as_much_more_as_the_load_level_says() {

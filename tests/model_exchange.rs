@@ -243,7 +243,7 @@ fn runs_that_start_at_another_time_are_the_same_runs() {
     }
 }
 
-/// What a delayed velocity is read from must be known: the host is told to stop four times within each delay.
+/// The source of a delayed velocity must be known: the host is told to stop four times within each delay.
 #[test]
 fn time_events_are_no_further_apart_than_a_law_with_a_delay_can_remember() {
     const LAG: f64 = 8e-3;

@@ -60,8 +60,8 @@ fn derivatives_are_those_of_their_states() {
     }
 }
 
-/// What is at hand without an evaluation has the same bits as what is computed: sliding and held, and where an input has
-/// just changed.
+/// Values at hand without an evaluation have the bits of computed ones: sliding and held, and where an input has just
+/// changed.
 #[test]
 fn values_at_hand_are_those_that_are_computed() {
     let mut looked = 0;
@@ -163,7 +163,7 @@ fn numbers_choose_as_the_items_they_stand_for() {
             let name = &table.by_reference(reference).expect("the enumeration").variable.name;
             for (id, item, _) in of.items {
                 let by_name = Setup::new(model).set(name, *item).unwrap();
-                // Whatever the enumeration says, the number counts.
+                // The number counts, not the enumeration.
                 let by_number = Setup::new(model).set(name, of.items[0].0).unwrap().set(number, *id).unwrap();
                 assert_eq!(by_number.get(name), Ok(f64::from(*id)), "{}: {number}", model.name);
                 assert_eq!(outcome(&by_number), outcome(&by_name), "{}: {number} = {id}", model.name);
@@ -220,7 +220,7 @@ fn parameter_tuned_at_the_start_is_like_one_set_before() {
         let table = model.table();
         let laws = table.find("friction.law").map_or(vec![None], |entry| {
             let Kind::Enumeration(of) = entry.variable.kind else { panic!("laws have names") };
-            // What these remember from the start depends on parameters: the delay line, and the force held.
+            // Their discrete state at the start depends on parameters: the delay line, and the held force.
             let laws = of.items.iter().filter(|(_, name, _)| !["Armstrong", "DNLRX"].contains(name));
             laws.map(|(id, ..)| Some(*id)).collect()
         });
@@ -313,7 +313,7 @@ fn slope_of_an_input_lasts_for_a_step() {
     }
 }
 
-/// What a run was set up with belongs to its saved states, the friction law first of all.
+/// Settings of a run belong to its saved states, the friction law first of all.
 #[test]
 fn saved_states_of_another_law_or_geometry_are_refused() {
     for model in models::ALL {
@@ -367,7 +367,7 @@ fn saved_states_that_do_not_fit_are_refused() {
     }
 }
 
-/// What a friction law or an actuator remembers is nothing that another could go on from, though it may have as many states.
+/// The discrete state of a friction law or an actuator is of no use to another, even with the same number of states.
 #[test]
 fn memories_of_other_laws_and_actuators_are_refused() {
     for (model, choice) in models::ALL.iter().flat_map(|model| ["friction.law", "actuation"].map(|it| (model, it))) {

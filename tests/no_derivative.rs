@@ -126,7 +126,7 @@ fn voltage_just_at_an_end_of_its_range_is_told() {
     }
 }
 
-/// What is rounded has no derivative; the signal before has one, and so has the reading without rounding.
+/// A rounded signal has no derivative; the signal before has one, and so has the reading without rounding.
 #[test]
 fn reading_that_is_rounded_has_no_number() {
     for resolution in [1e-5, 0.0] {

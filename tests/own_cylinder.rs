@@ -105,7 +105,7 @@ fn single_acting_cylinder_goes_out_and_comes_back() {
     let rest = (5e5 - 9e4) * area(0.016) / 100.0 - 0.2;
     assert!(out > 0.5 && rest > 0.5, "{out}: at the far stop, since the spring would balance at {rest}");
     assert!(settle(&mut running, 0.0, 10.0).abs() < 1e-4);
-    // It breathes as much as the piston displaces.
+    // The chamber breathes as much as the piston displaces.
     running.set("valveVoltage", 10.0);
     running.advance(10.3).unwrap();
     let breath = -9e4 / (287.05 * 293.15) * (area(0.016) - area(0.006)) * running.get("velocity");

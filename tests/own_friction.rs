@@ -49,7 +49,7 @@ fn later_break_away_grows_with_the_time_at_rest() {
         let expected = 11.0 + 5.0 * rest / (rest + 0.5);
         assert!(holds(&mut run, expected - 1e-3, time), "{expected} N after {rest} s");
         assert!(!holds(&mut run, expected + 1e-3, time + 2e-6), "{expected} N after {rest} s");
-        // What has slipped slides at once as if it had never rested.
+        // After a slip the mass slides at once as if it had never rested.
         let speed = run.get("velocity");
         close(
             run.get("frictionForce"),

@@ -53,7 +53,7 @@ fn readings_are_shown_in_the_units_of_their_quantities() {
     }
 }
 
-/// What sensors do changes nothing of what they measure, but for the ends of the solver's steps.
+/// Sensors change nothing of the measured quantities, but for the ends of the solver's steps.
 #[test]
 fn carriage_does_not_feel_its_sensors() {
     let faulty = [

@@ -39,7 +39,7 @@ fn by_parameter(table: &Table, place: usize, differentiate: impl Fn(Direction, &
     derivatives
 }
 
-/// What acts through events and memories alone: while neither changes, nothing follows it.
+/// Parameters that act through events and discrete states alone: while neither changes, the derivative is 0.
 const WITHOUT_DERIVATIVES: [&str; 10] = [
     "friction.armstrong.FsInf",
     "friction.armstrong.gamma",

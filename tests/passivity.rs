@@ -106,7 +106,7 @@ fn sampled_law_gives_back_more_than_its_springs_hold() {
     assert!((3.95e-5..4.05e-5).contains(&springs), "{springs} J");
 }
 
-/// What the stored energy takes up is less than the power of friction, at every instant.
+/// The stored energy grows by less than the power of friction, at every instant.
 #[test]
 fn bristles_are_passive_at_every_instant_under_any_level() {
     for (law, stiffness) in [("Dahl", 8e6), ("ElastoPlastic", 1e6)] {

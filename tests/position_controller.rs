@@ -297,7 +297,7 @@ fn velocity_of_the_experiment_is_that_of_its_position() {
     }
 }
 
-/// It computes at samples only: nothing is integrated, and no host has anything to solve.
+/// The controller computes at samples only: nothing is integrated, and no host has anything to solve.
 #[test]
 fn controller_has_no_continuous_states() {
     let mut controller = Rig::new("PositionController").start().expect("legal");

@@ -242,7 +242,7 @@ fn values(table: &Table, simulation: &dyn Simulation) -> Vec<f64> {
     values
 }
 
-/// How many indicators are those of events; those of kinks, which no run takes notice of, come behind them.
+/// Number of indicators of events; indicators of kinks, which no run uses, follow.
 fn events(model: &Model) -> usize {
     model
         .indicators()

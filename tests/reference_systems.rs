@@ -61,7 +61,7 @@ fn deviations(case: &Case, tolerance: f64) -> BTreeMap<&str, f64> {
     worst
 }
 
-/// What is allowed of lengths and angles, and of their rates.
+/// Bounds of lengths and angles, and of their rates.
 struct Allowed {
     lengths: f64,
     rates: f64,

@@ -42,7 +42,8 @@ fn slopes<const N: usize>(setup: &Setup, course: Course, end: f64, by: &str, of:
     rows
 }
 
-/// How far sensitivities of the position are from the differences of runs to some sides of a parameter, relative to the largest.
+/// Distance of sensitivities of the position from differences of runs to some sides of a parameter, relative to the
+/// largest.
 fn distance(setup: &Setup, course: Course, end: f64, by: &str, sides: [f64; 2]) -> f64 {
     let value = setup.get(by).expect("a parameter");
     let [one, other] = sides.map(|offset| {
@@ -150,7 +151,7 @@ fn delayed_velocity_has_exact_derivatives_through_quick_reversals() {
     assert!(distance < 1e-5, "{distance}");
 }
 
-/// What is off at 0 has an effect once there is a little of it.
+/// An option that is off at 0 has an effect at a small value.
 #[test]
 fn options_that_are_off_at_zero_have_the_slope_of_a_little_of_them() {
     for (by, offset, sides) in [

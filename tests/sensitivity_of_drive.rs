@@ -53,7 +53,7 @@ fn times(
     (0..rows[0].len()).map(row).collect()
 }
 
-/// What a step makes of slopes of the states, and the slopes of the outputs at its end.
+/// Propagation of derivatives of the states by a step, and the derivatives of the outputs at its end.
 fn go_on(transition: &Transition, slopes: &mut Slopes, inputs: &[Vec<f64>], parameters: usize) -> Vec<Vec<f64>> {
     let Transition { a, b, c, d, p, q, next_states, .. } = transition;
     let outputs = times([c, d, q], transition, slopes, inputs, parameters);

@@ -15,7 +15,7 @@ use pneumatic_servo::variables::{Kind, Meaning};
 
 const PAGE: &str = "docs/sensitivities.md";
 const HEAD: &str = "| law | `valve.C` | `mass.moving` | `supplyPressure` | its own | why more than 1e-5 |";
-/// What every law is differentiated by; each also by the first of its own parameters.
+/// Parameters of the derivatives under every law; each law also by the first of its own parameters.
 const NAMES: [&str; 3] = ["valve.C", "mass.moving", "supplyPressure"];
 /// Communication steps of 1 ms: the carriage breaks away, stops and breaks away again.
 const STEPS: u32 = 700;
@@ -92,7 +92,7 @@ fn distances(law: &str) -> Vec<Option<f64>> {
     names.iter().zip(sensitivities(&setup, &names)).map(closest).collect()
 }
 
-/// Those of all laws, on all cores.
+/// Errors of all laws, on all cores.
 fn of_all_laws() -> Vec<(&'static str, Vec<Option<f64>>)> {
     let next = AtomicUsize::new(0);
     let work = || {

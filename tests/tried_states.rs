@@ -39,7 +39,7 @@ fn edges() -> [Edge; 8] {
     ]
 }
 
-/// What is left between a limit and where the equations would have no meaning, or the limit itself: twice as far as they
+/// Distance between a limit and the point where the equations lose their meaning, or the limit itself: twice as far as they
 /// go on.
 fn width(name: &str, limit: f64) -> f64 {
     if name == "position" { 1e-4 * (limit.abs() % 0.5) } else { limit.abs() }
@@ -221,7 +221,7 @@ fn states_far_out_are_accepted_in_every_model() {
     }
 }
 
-/// Whatever finite numbers a solver tries, it gets numbers; states and rates are those of their variables.
+/// Every finite state of a solver has finite rates and values; states and rates agree with their variables.
 #[test]
 fn every_finite_vector_of_states_has_an_answer() {
     let mut random = Random(7);

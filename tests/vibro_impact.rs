@@ -62,7 +62,7 @@ fn energy_and_momentum_are_kept_through_impacts() {
     watch(&mut run, 2.0, 1.7e-3, |time, run| {
         close(energy(run) / before, 1.0, 1e-10, format_args!("{} at {time} s", energy(run) / before));
         close(centre_of_mass(run) - start, drift * time, 1e-14, format_args!("at {time} s"));
-        // What acts on one mass acts on the other.
+        // Action and reaction of the masses are equal.
         let forces = [INTERNAL * run.get("internal.acceleration"), BODY * run.get("acceleration")];
         close(forces[0], -forces[1], 1e-14 * forces[0].abs().max(1.0), format_args!("forces at {time} s"));
     });

@@ -32,7 +32,7 @@ export function parameterSlider(context: Context, of: string, name: string, labe
   return made;
 }
 
-/** Main parameters of a cylinder's motion, with the ends of their sliders in SI units; the period is beside the input. */
+/** Main parameters of a cylinder's motion, with the ends of their sliders in SI units. */
 const PLANT: readonly (readonly [string, string, [number, number]])[] = [
   ["supplyPressure", "Supply", [1.5e5, 1e6]],
   ["mass.moving", "Moving mass", [0.8, 5]],

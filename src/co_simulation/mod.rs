@@ -109,7 +109,7 @@ pub trait Simulation: Send {
         false
     }
 
-    /// What is unusual about the parameters and the present inputs; as a rule nothing.
+    /// Warnings about the parameters and the present inputs; usually none.
     fn notices(&self) -> Notices {
         Notices::default()
     }

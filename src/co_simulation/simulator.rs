@@ -44,7 +44,7 @@ pub const fn snapshot_size<E: System<U>, const U: usize>(states: usize) -> usize
     size_of::<f64>() * states + size_of::<(E::Memory<Real>, Progress, f64)>() / 4 * 5 + 128
 }
 
-/// What runs equations: a plain run, or one in numbers with slopes. Each size of the vector of states is compiled for both.
+/// A run of equations: plain, or in numbers with derivatives. Each size of the vector of states is compiled for both.
 pub trait Product: Sized {
     /// A run of equations from their start; `N` is the number of their states, or more.
     ///
@@ -272,7 +272,7 @@ impl<E: System<U>, const N: usize, const U: usize> Simulation for Simulator<E, N
     }
 }
 
-/// What a run of equations begins with.
+/// Start of a run of equations.
 #[inline(never)]
 fn begin<E: System<U>, const N: usize, const U: usize>(
     equations: &E,

@@ -11,12 +11,12 @@ use crate::numbers::{Dual, Real, Scalar};
 use crate::system::UNUSED;
 use crate::variables::{Kind, Meaning, Tunable};
 
-/// What is claimed of a law besides what every law promises.
+/// Claims about a law besides the promises of every law.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Claims {
     /// Mirrored motion gives mirrored friction.
     pub odd: bool,
-    /// It gives back no more energy than this, in J: what it stores at most with its defaults at a load level of [`MOST`].
+    /// Upper bound of the returned energy in J: the largest stored energy with its defaults at a load level of [`MOST`].
     pub stored: Option<f64>,
 }
 
@@ -266,7 +266,7 @@ pub fn yields<L: FrictionLaw>(name: &str) {
     }
 }
 
-/// What is compared of mirrored motions.
+/// Compared variables of mirrored motions.
 const SHOWN: [&str; 3] = ["frictionForce", "position", "velocity"];
 
 /// Mirrored motion gives mirrored friction. Every operation on mirrored numbers gives mirrored numbers; 1e-9 leaves room for sums
@@ -328,7 +328,7 @@ fn get(run: &mut Plant, name: &str) -> f64 {
 pub struct Motion {
     /// The bench.
     pub run: Plant,
-    /// What draws speeds and paths.
+    /// Random speeds and paths.
     pub random: Random,
     phase: f64,
     /// Work in J that friction has taken, and the most it had taken before.

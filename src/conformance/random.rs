@@ -1,6 +1,6 @@
 //! A small generator (Knuth's linear congruential one, upper bits) so that failures repeat.
 
-/// What has been drawn last, and the seed at first.
+/// Last random number; at first the seed.
 #[derive(Clone, Debug)]
 pub struct Random(pub u64);
 

@@ -20,8 +20,8 @@ const STENCILS: [Stencil; 3] = [
     [(0.0, 1.5), (-1.0, -2.0), (-2.0, 0.5)],
 ];
 
-/// How large steps are, in parts of what is known: where a value bends strongly the smaller ones tell, where large terms cancel
-/// the larger ones.
+/// Step sizes, relative to the known: where a value is strongly curved the smaller ones are accurate, where large terms
+/// cancel the larger ones.
 const SIZES: [f64; 7] = [1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10];
 /// The smallest of them that say something of every derivative; smaller ones only where that is far above their rounding, as of a
 /// law that is smooth within a nanometre per second.
@@ -38,10 +38,10 @@ pub fn slopes(setup: &Setup) {
     assert!(found.wrong.is_empty(), "{} differ: {:#?}", found.wrong.len(), &found.wrong[..found.wrong.len().min(20)]);
 }
 
-/// What is found of the slopes of a model.
+/// Results for the derivatives of a model.
 #[derive(Clone, Debug, Default)]
 pub struct Slopes {
-    /// Those that are no differences, in words.
+    /// Derivatives that differ from differences, in words.
     pub wrong: Vec<String>,
     /// The names of what has an effect.
     pub effective: BTreeSet<&'static str>,

@@ -10,7 +10,7 @@ use crate::variables::{Kind, Meaning, Notice, ParameterError, ParameterSet, Tuna
 /// The largest number of continuous states a law may have.
 pub const MAX_STATES: usize = 10;
 
-/// What the continuous states of a law are.
+/// Kind of the continuous states of a law.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StateKind {
     /// A deflection in m.
@@ -52,7 +52,7 @@ impl<L> LawState<L> {
         Self { range: [low, high], ..self }
     }
 
-    /// What an engineer needs to know about it.
+    /// Description for an engineer.
     pub const fn text(self, text: &'static str) -> Self {
         Self { text, ..self }
     }
@@ -68,13 +68,13 @@ pub struct NamedState {
     pub name: String,
     /// Unit.
     pub unit: Unit,
-    /// What it is.
+    /// Description.
     pub text: &'static str,
     /// Whether its rate depends on the other states of the law.
     pub is_coupled: bool,
 }
 
-/// What sets the contact in motion.
+/// Cause of the contact's motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Drive {
     /// A mass moves under forces; friction can hold it.
@@ -83,7 +83,7 @@ pub enum Drive {
     Motion,
 }
 
-/// How a law holds the mass at rest.
+/// Mode in which a law holds the mass at rest.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stiction {
     /// Not at all, or by a bristle that is a state.
@@ -184,8 +184,8 @@ pub fn checked<L: FrictionLaw>(law: L) -> Result<L, ParameterError> {
     note = "in a catalogue a `VelocityLaw` is an `OfVelocity<{Self}>`, a `SetValued` law a `StickSlip<{Self}>`, a `BristleLaw` a `OneBristle<{Self}>`"
 )]
 pub trait FrictionLaw: ParameterSet {
-    /// What the law remembers apart from its continuous states; changes at events and accepted steps only. What varies little by
-    /// little with parameters and start values, such as where an anchor lies, is a number `S`; a side or a count is not.
+    /// Discrete state of the law; changes at events and accepted steps only. A value that varies continuously with
+    /// parameters and start values, such as the position of an anchor, is a number `S`; a side or a count is not.
     type Memory<S: Varying>: Clone + PartialEq + std::fmt::Debug + Serialize + DeserializeOwned + Send;
 
     /// The continuous states by name, of a law whose states are others than the deflection of a bristle or the forces of elements;
@@ -196,7 +196,7 @@ pub trait FrictionLaw: ParameterSet {
     #[doc(hidden)]
     const NAMED: usize = Self::STATES.len();
 
-    /// How the law holds the mass.
+    /// Mode in which the law holds the mass.
     fn stiction(&self) -> Stiction {
         Stiction::None
     }
@@ -267,7 +267,7 @@ pub trait FrictionLaw: ParameterSet {
         Self::STATES.len() > 1
     }
 
-    /// What the continuous states are.
+    /// Kind of the continuous states.
     fn state_kind(&self) -> StateKind {
         if Self::STATES.is_empty() { StateKind::Deflection } else { StateKind::Named }
     }
@@ -363,7 +363,7 @@ pub trait FrictionLaw: ParameterSet {
         false
     }
 
-    /// What is unusual about the parameters.
+    /// Warning about the parameters.
     fn notice(&self) -> Option<Notice> {
         None
     }

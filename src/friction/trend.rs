@@ -8,7 +8,7 @@ use crate::numbers::{Scalar, sign};
 /// A force in N beyond everything that a friction law can answer with.
 pub const OVERWHELMING: f64 = 1e12;
 
-/// How the speed of a prescribed motion changed last, also from one held value of the input to the next.
+/// Last change of the speed of a prescribed motion, also from one held value of the input to the next.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Trend<S> {
     /// Velocity last seen in m/s.

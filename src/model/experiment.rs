@@ -15,7 +15,7 @@ pub struct Experiment {
     pub step_size: f64,
     /// Inputs that move; all others keep their start values.
     pub signals: &'static [Signal],
-    /// What is worth drawing, one axis below the other.
+    /// Variables to draw, one axis below the other.
     pub panels: &'static [Panel],
 }
 
@@ -25,7 +25,7 @@ impl Experiment {
         self.signals.iter().find(|signal| signal.input == input)
     }
 
-    /// What is wrong with it beside the variables of its model.
+    /// Errors in it, given the variables of its model.
     #[doc(hidden)]
     pub fn problems(&self, table: &Table) -> Vec<String> {
         let mut problems = Vec::new();
@@ -71,13 +71,13 @@ pub struct Signal {
 /// Variables that share an axis in a figure of the experiment.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Panel {
-    /// What the axis shows.
+    /// Label of the axis.
     pub label: &'static str,
     /// Names of the variables; the one that is looked at comes last, on top of the others.
     pub curves: &'static [&'static str],
 }
 
-/// How an input moves, in its SI unit.
+/// Course of an input, in its SI unit.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub enum Course {
     /// `mean + amplitude sin(2 pi frequency (t - delay))`.

@@ -30,12 +30,12 @@ pub struct Model {
     pub description: &'static str,
     /// The default experiment.
     pub experiment: Experiment,
-    /// What it is made of.
+    /// Functions of the model.
     #[doc(hidden)]
     pub functions: Functions,
 }
 
-/// What a model is made of, as functions.
+/// A model as functions.
 #[derive(Clone, Copy, Debug)]
 #[doc(hidden)]
 pub struct Functions {
@@ -118,7 +118,7 @@ impl Model {
         (self.functions.start)(start).map_err(|error| self.with_default_named(error))
     }
 
-    /// What the continuous states start from under the defaults, by the value references of their variables.
+    /// Start values of the continuous states under the defaults, by the value references of their variables.
     ///
     /// # Errors
     /// [`ParameterError`] when the defaults do not fit together.

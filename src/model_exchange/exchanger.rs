@@ -126,8 +126,8 @@ impl<E: System<U>, const N: usize, const U: usize> Exchanger<E, N, U> {
         self.look_around();
     }
 
-    /// What is added to the rate of a state where the states are beyond the limits: what leads it back, or what its rate,
-    /// a state, has beyond its own.
+    /// Addition to the rate of a state beyond the limits: it returns the state, or adds the excess of its rate, a state
+    /// beyond its own limits.
     fn added_rate(&self, index: usize, led_by: Option<usize>) -> f64 {
         // A sum of finite numbers is kept one.
         let bounded = |rate: f64| rate.clamp(-f64::MAX, f64::MAX);
@@ -169,7 +169,7 @@ impl<E: System<U>, const N: usize, const U: usize> Exchanger<E, N, U> {
         self.equations.indicators(Real::of(self.elapsed), &x, &u, &self.memory)
     }
 
-    /// How far it is to each kink: negative beyond it.
+    /// Distance to each kink: negative beyond it.
     fn to_kinks(&self) -> impl Iterator<Item = f64> {
         let mut kinks = [UNUSED; MAX_KINKS];
         self.equations.kinks(&self.near, &mut kinks[..self.sides.len()]);

@@ -95,7 +95,7 @@ pub trait Exchange: Send {
     /// Writes the derivative of all computed variables in a direction, exact to rounding.
     fn directional_derivative(&self, direction: Direction, computed: &mut [f64]);
 
-    /// What is unusual about the parameters and the present inputs.
+    /// Warnings about the parameters and the present inputs.
     fn notices(&self) -> Notices;
 
     /// Everything that changes while running, apart from inputs and parameters.
@@ -108,7 +108,7 @@ pub trait Exchange: Send {
     fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError>;
 }
 
-/// What an update has done.
+/// Result of an update.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Update {
     /// Whether it has changed the states.
@@ -125,7 +125,7 @@ pub enum ExchangeError {
     NotAdmissible {
         /// Time in s.
         time: f64,
-        /// What has no meaning, as part of a sentence.
+        /// Meaningless quantity, as part of a sentence.
         cause: String,
     },
     /// A rate is not a finite number.

@@ -26,7 +26,7 @@ pub const ACTUATION: u32 = 1032;
 /// Value reference of the input that is the supply pressure.
 pub const SUPPLY: u32 = 3;
 
-/// What an actuator is connected to apart from the chambers.
+/// Surroundings of an actuator apart from the chambers.
 #[derive(Clone, Copy, Debug)]
 pub struct Ports<'a, S> {
     /// Where the air comes from.
@@ -64,7 +64,7 @@ impl<S: Copy> Commands<S> {
 
 /// An actuator: its parameters, its states, its variables and its equations.
 pub trait Actuating: Clone + std::fmt::Debug + Send + Sync + Sized + 'static {
-    /// What it remembers apart from its states; changes with the accepted steps.
+    /// Discrete state apart from its states; changes with the accepted steps.
     type Memory<S: Varying>: Clone + PartialEq + std::fmt::Debug + Serialize + DeserializeOwned + Send;
 
     /// Its parameters.
@@ -129,7 +129,8 @@ pub trait Actuating: Clone + std::fmt::Debug + Send + Sync + Sized + 'static {
         memory: &Self::Memory<S::Held>,
     ) -> [S; STATES];
 
-    /// What half a step of a size in s leaves of the distances of the states from where held commands lead, as a matrix.
+    /// Decay matrix of half a step of a size in s, for the distances of the states from their equilibrium under held
+    /// commands.
     /// Asked of actuators with a [closed form](Self::has_closed_form).
     fn half<S: Varying>(&self, _step: f64) -> [[S; STATES]; STATES] {
         [[S::zero(); STATES]; STATES]
@@ -164,7 +165,7 @@ pub trait Actuating: Clone + std::fmt::Debug + Send + Sync + Sized + 'static {
     /// Changes at that point, under commands.
     fn sample<S: Varying>(&self, _states: &mut [S; STATES], _commands: Commands<S>, _memory: &mut Self::Memory<S>) {}
 
-    /// What flows into the chambers.
+    /// Flow into the chambers.
     fn feed<S: Scalar>(&self, states: [S; STATES], ports: &Ports<S>, gas: GasState<Pair<S>>) -> Inflow<Pair<S>>;
 
     /// The numbers, one for each chamber, of the smooth pieces of [`feed`](Self::feed) in which the states and the pressures
@@ -205,8 +206,8 @@ pub trait Actuating: Clone + std::fmt::Debug + Send + Sync + Sized + 'static {
     }
 }
 
-/// How many times what a state does besides a parabola counts as its error: what it does to the pressures has the same sign
-/// in step after step.
+/// Weight, as error, of a state's departure from a parabola: its effect on the pressures has the same sign in step after
+/// step.
 pub(super) const BEND_WEIGHT: f64 = 10.0;
 
 /// Steps times the fastest rate of a state below which the rule of Simpson has its mean: it errs by a 1920th of the fourth

@@ -18,7 +18,7 @@ enumeration! {
     }
 }
 
-/// How temperature follows.
+/// Thermal model.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Thermal {
     /// From the energy balance, with a heat transfer coefficient in W/(m2 K).
@@ -64,7 +64,7 @@ pub struct Chambers {
     pub walls: Tangents,
     /// Ambient temperature in K.
     pub ambient_temperature: Tangent,
-    /// How temperature follows.
+    /// Thermal model.
     pub thermal: Thermal,
 }
 

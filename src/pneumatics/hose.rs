@@ -104,7 +104,7 @@ impl Hose {
         std::array::from_fn(|i| self.sonic(columns[i] + rates[i] * self.crossing, [pressures[i], pressures[i + 1]]))
     }
 
-    /// What of a mass flow in kg/s between two pressures is not faster than sound.
+    /// Mass flow in kg/s between two pressures, limited to the speed of sound.
     fn sonic<S: Scalar>(&self, flow: S, [from, to]: [S; 2]) -> S {
         // `A/c` in m s.
         let per_pressure = self.area * self.crossing / self.diameter;
@@ -246,7 +246,7 @@ mod tests {
         assert!((hose.rate_at_end(1e-7) * hose.volume.value / 6.0 - 1e-7 * hose.gas.value).abs() < 1e-12);
     }
 
-    /// What flows in and not out is in the volumes.
+    /// The difference of the flows is stored in the volumes.
     #[test]
     fn mass_is_conserved() {
         let rates = pressure_rates(5e-4, [3e-4, -1e-4, 2e-4], 1e-4);

@@ -38,7 +38,7 @@ pub struct Flow<S> {
     pub temperature: S,
 }
 
-/// What flows into a volume.
+/// Flow into a volume.
 #[derive(Clone, Copy, Debug)]
 pub struct Inflow<N> {
     /// Net mass flow in kg/s.

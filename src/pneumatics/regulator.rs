@@ -156,7 +156,7 @@ impl Actuating for PressureRegulator {
         Inflow::from(self.orifice.flow(conductance, ports.supply.at(Pair([source; 2])), gas))
     }
 
-    /// What comes back it vents.
+    /// It vents the returning air.
     fn drawn<S: Scalar>(&self, states: [S; STATES], ports: &Ports<S>, gas: GasState<Pair<S>>) -> Pair<S> {
         self.feed(states, ports, gas).mass.max(Pair::zero())
     }

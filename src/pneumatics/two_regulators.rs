@@ -146,7 +146,7 @@ impl Actuating for TwoRegulators {
         Inflow::from(self.orifice.flow(conductance, ports.supply.at(Pair(pressures).min(highest)), gas))
     }
 
-    /// What comes back is vented.
+    /// Returning air is vented.
     fn drawn<S: Scalar>(&self, pressures: [S; STATES], ports: &Ports<S>, gas: GasState<Pair<S>>) -> Pair<S> {
         self.feed(pressures, ports, gas).mass.max(Pair::zero())
     }

@@ -2,7 +2,7 @@
 
 use super::{NoDerivative, Transition, TransitionError};
 
-/// How a scalar of a run changes.
+/// Gradient of a scalar of a run.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Gradient {
     /// With what is added to each input over each step: by step and input, in the unit of the scalar per unit.
@@ -149,7 +149,7 @@ fn value_of(numbers: &[(String, f64)], name: &str) -> f64 {
 
 /// The sum of the entries of a column, each with the weight of its row.
 fn weighted(rows: &[Vec<f64>], weights: &[f64], column: usize) -> f64 {
-    // What does not depend on anything lost is none the worse.
+    // Terms without a lost derivative stay exact.
     let term = |(row, weight): (&Vec<f64>, &f64)| {
         if *weight == 0.0 || row[column] == 0.0 { 0.0 } else { weight * row[column] }
     };

@@ -10,9 +10,9 @@ use crate::system::{Held, QUANTITIES, System};
 /// The account of a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Balance {
-    /// What the system held at the start.
+    /// Content of the system at the start.
     initial: [f64; QUANTITIES],
-    /// What it has received since.
+    /// Inflow since.
     received: [f64; QUANTITIES],
 }
 
@@ -40,7 +40,7 @@ impl Balance {
         }
     }
 
-    /// What a system holds beyond what it can hold by the account: the error of the integration.
+    /// Content of a system beyond the account: the error of the integration.
     pub fn residual(&self, content: [f64; QUANTITIES]) -> [f64; QUANTITIES] {
         array(|i| content[i] - self.initial[i] - self.received[i])
     }

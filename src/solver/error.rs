@@ -41,7 +41,7 @@ pub enum StepError {
         time: f64,
         /// The step size in s.
         step: f64,
-        /// What it left.
+        /// Reason of the rejection.
         reason: Rejection,
     },
     /// Events followed each other without end at one instant.

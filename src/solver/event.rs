@@ -53,9 +53,9 @@ const PATIENCE: u32 = 4;
 
 /// An interval at whose start a function is positive and at whose end it is not.
 ///
-/// It is narrowed by regula falsi. Where that moves the same end again, the value at the other is reduced by what the last
-/// move tells of the curvature, so that the next one tends to come from there. Where it is steep before the root and flat
-/// behind, as an indicator may be, chords are of little help: if a few do not halve the interval, its middle is tried.
+/// The bracket is narrowed by regula falsi. Where it moves the same end again, the value at the other is reduced by the
+/// curvature of the last move, so that the next one tends to come from there. Where an indicator is steep before the root
+/// and flat behind, chords are of little help: if a few do not halve the bracket, it is bisected.
 ///
 /// # Source
 /// Anderson, Björck (1973), BIT 13:253-264.
@@ -122,7 +122,7 @@ impl Bracket {
         self.high.0 - self.low.0
     }
 
-    /// How far the root lies before the end, by the chord.
+    /// Distance of the root from the end, by the chord.
     fn overshoot(&self) -> f64 {
         self.width() * (self.high.1 / (self.high.1 - self.low.1))
     }

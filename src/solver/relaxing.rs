@@ -16,7 +16,7 @@ const SLOW: f64 = 0.05;
 pub struct Relaxing {
     /// In 1/s.
     rate: f64,
-    /// What half a step and the whole step leave of the state.
+    /// Decay of the state over half a step and the whole step.
     half: f64,
     whole: f64,
     /// Weight in s of the first drive in the second argument.
@@ -62,7 +62,7 @@ impl Relaxing {
         })
     }
 
-    /// What drives the state besides its relaxation.
+    /// Derivative of the state without its relaxation.
     pub fn drive<S: Scalar>(&self, state: S, slope: S) -> S {
         slope + state * self.rate
     }

@@ -78,7 +78,7 @@ pub struct Stages<'a, H: System<U>, S: Varying, const N: usize, const U: usize> 
     pub relaxing: Option<(usize, &'a Relaxing)>,
 }
 
-/// What a step leads to, and what is to be known of it besides.
+/// Result of a step, with its estimates.
 pub struct Explicit<const N: usize, S> {
     /// The step.
     pub trial: Trial<N, S>,
@@ -185,7 +185,7 @@ impl<H: System<U>, S: Varying, const N: usize, const U: usize> Stages<'_, H, S, 
         states
     }
 
-    /// What drives the state that relaxes besides its relaxation.
+    /// Derivative of the relaxing state without its relaxation.
     #[inline(always)]
     fn drive(&self, states: &[S; N], slope: &[S; N]) -> S {
         self.relaxing.map_or(S::zero(), |(state, weights)| weights.drive(states[state], slope[state]))

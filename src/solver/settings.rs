@@ -2,7 +2,7 @@
 
 use crate::system::{DEFAULT_TOLERANCE, Scheme, Tuning};
 
-/// How a run is integrated.
+/// Settings of the integration.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
     /// The scheme.

@@ -5,7 +5,7 @@
 pub struct Stride<S> {
     /// The size in s.
     pub size: f64,
-    /// What half a step leaves of the distances of two states, as a matrix.
+    /// Decay matrix of half a step for the distances of two states.
     pub half: [[S; 2]; 2],
 }
 

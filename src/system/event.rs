@@ -9,14 +9,14 @@ use crate::system::Indicator;
 pub struct Event {
     /// Its name, in the group of the part that it belongs to: `wheel.locks` for example.
     pub name: &'static str,
-    /// What happens, in words.
+    /// Effect of the event, in words.
     pub text: &'static str,
     /// Magnitude of the indicator, in its own unit, that counts as 1 where indicators are compared.
     pub nominal: f64,
 }
 
 impl Event {
-    /// What a host is told of it.
+    /// Description of its indicator for a host.
     pub fn indicator(&self) -> Indicator {
         Indicator { name: self.name.to_owned(), nominal: self.nominal, text: self.text }
     }

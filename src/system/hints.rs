@@ -2,8 +2,8 @@
 
 use super::LongestSteps;
 
-/// What a solver may use of the equations in the present mode. Nothing here changes what is computed, but for rounding and the
-/// error that the tolerance allows.
+/// Facts about the equations in the present mode that a solver may use. They change results by rounding and the tolerance
+/// only.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Hints {
     /// The longest steps of explicit methods where accuracy, and not stability, bounds them: a non-stiff mode. It may be wrong for

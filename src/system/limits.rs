@@ -1,9 +1,9 @@
 //! Between which values of a state its equations are taken as they are, and how they go on beyond.
 
-/// How many magnitudes a state may be away from 0: more than any run comes to, and less than overflows in a power.
+/// Largest distance of a state from 0, in magnitudes: beyond any run, and below overflow in a power.
 const FAR: f64 = 1e9;
 
-/// How many magnitudes the equations of a state go on beyond a limit that a pole may follow.
+/// Continuation of the equations of a state beyond a limit next to a pole, in magnitudes.
 const BEYOND: f64 = 1e-6;
 
 /// The values of a state at which the equations have a meaning, and what lies beyond them.
@@ -19,7 +19,7 @@ const BEYOND: f64 = 1e-6;
 pub struct Limits {
     low: f64,
     high: f64,
-    /// How much further than the limits.
+    /// Largest excess over the limits in the equations.
     give: [f64; 2],
     /// Whether the equations lose their meaning beyond them, and do not just overflow far out.
     bounds_meaning: [bool; 2],

@@ -18,7 +18,8 @@ impl LongestSteps {
     /// Where nothing limits them.
     pub const UNLIMITED: Self = Self { classical: f64::INFINITY, midpoint: f64::INFINITY };
 
-    /// Those that damp a swing `d2x/dt2 + damping*dx/dt + rate^2*x = 0`, from its rate in rad/s and its damping in 1/s.
+    /// Longest steps that damp an oscillation `d2x/dt2 + damping*dx/dt + rate^2*x = 0`, from its rate in rad/s and its
+    /// damping in 1/s.
     ///
     /// In each step the midpoint rule multiplies it by `1 + z + z^2/2`, with `z` the step size times a root of
     /// `s^2 + damping*s + rate^2`. With `r = |z|` and a damping ratio `D` that is no more than 1 in magnitude where
@@ -32,7 +33,7 @@ impl LongestSteps {
         if half < rate {
             return Self { classical: STABLE / rate, midpoint: 2.0 * libm::cbrt(half / rate) / rate };
         }
-        // It creeps: the faster of two relaxations limits them.
+        // Overdamped: the faster of two relaxations limits the step.
         let fastest = half + (half * half - rate * rate).sqrt();
         Self { classical: STABLE / fastest, midpoint: 2.0 / fastest }
     }

@@ -14,7 +14,7 @@ const PUNCTUALITY: f64 = 1e-3;
 pub struct Sample<S = Real> {
     /// Its time in s.
     pub time: S,
-    /// How far from it, in s, a communication point may be that is meant to be on it.
+    /// Tolerance in s of a communication point on a sample.
     tolerance: f64,
 }
 

@@ -9,14 +9,14 @@ pub fn array_name(name: &str) -> Option<&str> {
     parts(name).map(|(array, _)| array)
 }
 
-/// What comes before the last index of a name, and the index.
+/// Part of a name before its last index, and the index.
 fn parts(name: &str) -> Option<(&str, usize)> {
     let (array, index) = name.strip_suffix(']')?.rsplit_once('[')?;
     Some((array, index.parse().ok()?))
 }
 
-/// How many elements the array has that begins with each variable: 1 if it is no array, 0 for further elements. If there is
-/// one, the first element that does not follow the others, or differs in more than name, value reference, text and start value.
+/// Number of elements of the array that begins with each variable: 1 without an array, 0 for further elements. On failure
+/// the first element that does not follow the others, or differs in more than name, value reference, text and start value.
 pub(super) fn lengths(variables: &[Variable]) -> (Vec<usize>, Option<&Variable>) {
     let mut lengths = vec![1; variables.len()];
     let (mut first, mut stray) = (0, None);

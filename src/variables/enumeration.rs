@@ -5,7 +5,7 @@
 pub struct Enumeration {
     /// Type name, different from every variable name.
     pub name: &'static str,
-    /// What is chosen.
+    /// Description of the choice.
     pub description: &'static str,
     /// Id, name and description of each item.
     pub items: &'static [(i32, &'static str, &'static str)],

@@ -10,7 +10,7 @@ pub struct ParameterError {
     pub variable: String,
     /// The refused value.
     pub value: f64,
-    /// What it must be.
+    /// Requirement that is not met.
     pub reason: String,
 }
 

@@ -44,7 +44,7 @@ pub fn forget<T>(list: &Mutex<Vec<T>>) {
         Err(TryLockError::Poisoned(all)) => mem::take(&mut *all.into_inner()),
         Err(TryLockError::WouldBlock) => return,
     };
-    // What is freed may ask for the list.
+    // A destructor may ask for the list.
     drop(kept);
 }
 

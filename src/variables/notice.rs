@@ -5,11 +5,11 @@ use std::fmt;
 /// A value that is accepted, but hardly means what its user thinks. Whoever runs the model may pass it on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Notice {
-    /// What has the value: a variable, or what is made of some.
+    /// Variable with the value, or an expression of several.
     pub variable: &'static str,
     /// The value.
     pub value: f64,
-    /// What the model makes of it, and what to do.
+    /// Consequence in the model, and remedy.
     pub remark: &'static str,
 }
 

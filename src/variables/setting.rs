@@ -106,7 +106,7 @@ pub enum SettingError {
         name: String,
         /// The value.
         value: String,
-        /// What it must be.
+        /// Requirement on it.
         expected: String,
     },
     /// The value is out of range, or does not fit to others.

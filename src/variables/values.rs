@@ -35,7 +35,7 @@ impl<'a> Values<'a> {
         Ok(own)
     }
 
-    /// How many values no part has taken yet.
+    /// Number of values that no part has taken yet.
     pub fn left(&self) -> usize {
         self.rest.len()
     }

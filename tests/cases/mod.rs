@@ -6,7 +6,7 @@ use pneumatic_servo::co_simulation::Simulation;
 use pneumatic_servo::model::{Model, Seeds, Setup, Start};
 use pneumatic_servo::variables::{Kind, Variable};
 
-/// What is chosen or changed together.
+/// Values chosen or changed together.
 pub type Changes = Vec<(&'static str, f64)>;
 
 /// Rigs that differ in which variables have an effect.

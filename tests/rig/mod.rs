@@ -11,7 +11,7 @@ use pneumatic_servo::solver::StepError;
 use pneumatic_servo::variables::{Kind, ParameterError, Role, Variable};
 use serde::Deserialize;
 
-/// What a file says of a variable: its value, or an item of its enumeration.
+/// Value of a variable in a file: a number, or an item of its enumeration.
 #[derive(Deserialize)]
 #[serde(untagged)]
 pub enum Value {

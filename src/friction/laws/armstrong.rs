@@ -151,7 +151,7 @@ impl FrictionLaw for Armstrong {
 }
 
 impl Armstrong {
-    /// What sliding friction exceeds the Coulomb friction by, in N at load level 1.
+    /// Excess of sliding friction over the Coulomb friction, in N at load level 1.
     fn stribeck_part<S: Scalar>(&self, contact: &Contact<S>, memory: &Memory<S::Held>) -> S {
         let ratio = memory.line.velocity(contact, self.lag) / self.stribeck_velocity;
         S::held(memory.excess) / (ratio * ratio + 1.0)

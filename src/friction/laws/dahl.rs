@@ -13,8 +13,8 @@ use crate::variables::{Meaning, Tunable, Variable, units};
 
 /// A bristle of a brittle contact counts as saturated when its force lacks this fraction of the limit.
 const SATURATED: f64 = 1e-8;
-/// It bends again when its force lacks this fraction: far more than rounding and the errors of steps, so that a bristle
-/// which follows a limit that rises stays saturated.
+/// Fraction by which its force must fall below the limit before it deflects again: far more than rounding and the errors of
+/// steps, so that a bristle which follows a rising limit stays saturated.
 const RELEASED: f64 = 1e-3;
 
 parameters! {

@@ -76,7 +76,7 @@ impl BristleLaw for ElastoPlastic {
         let rate = v * (limit / divisor(limit)) - v.abs() * plastic * spring / divisor(limit);
         let mut damped = rate * self.damping;
         if along.value() > limit.value() {
-            // What goes back pushes against `sgn(v)`.
+            // The returning part pushes against `sgn(v)`.
             let most = along * along / divisor(limit);
             damped = if v.value() > 0.0 { damped.max(-most) } else { damped.min(most) };
         }

@@ -38,7 +38,7 @@ parameters! {
     }
 }
 
-/// How far a spring is deflected beyond its limit before its element slips: in roundings of the position, and relative to the
+/// Deflection of a spring beyond its limit before its element slips: in roundings of the position, and relative to the
 /// deflection at the limit.
 const RESOLVED: f64 = 4.0;
 const BEYOND: f64 = 1e-11;

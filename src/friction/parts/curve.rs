@@ -62,7 +62,7 @@ impl StribeckCurve {
         level * (self.decay(speed) * (self.static_force - self.coulomb_force) + self.coulomb_force)
     }
 
-    /// What is left of the static excess at a speed.
+    /// Static excess at a speed.
     #[inline(always)]
     pub fn decay<S: Scalar>(&self, speed: S) -> S {
         faded((speed / self.stribeck_velocity).pow(self.exponent))

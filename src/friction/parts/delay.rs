@@ -10,7 +10,7 @@ use crate::numbers::{Scalar, Tangent, Varying};
 const RESOLUTION: usize = 64;
 /// Points within the delay, one before it, and one at its end.
 const CAPACITY: usize = 2 * RESOLUTION + 4;
-/// How much longer points are kept, as a fraction of the delay: too little for any more of them.
+/// Extra time that points are kept, as a fraction of the delay: too short for any more of them.
 const SPARE: f64 = 0.25 / RESOLUTION as f64;
 /// Longest step of the solver as a fraction of the delay.
 const LONGEST_STEP: f64 = 0.25;

@@ -5,7 +5,7 @@ use crate::numbers::Scalar;
 /// A limit of friction in N below which bristles fade away, so that no law divides by zero.
 const LEAST_LIMIT: f64 = 1e-6;
 
-/// What a bristle law divides by in place of its limit in N: the same except where that fades away.
+/// Divisor of a bristle law for its limit in N: the limit itself except where it fades away.
 pub fn divisor<S: Scalar>(limit: S) -> S {
     limit.max(S::constant(LEAST_LIMIT))
 }

@@ -11,7 +11,7 @@ use crate::variables::{Notice, ParameterError, ParameterSet};
 
 /// A law of one bristle, undeflected at the start.
 pub trait BristleLaw: ParameterSet {
-    /// What the law remembers apart from the deflection; its default is what a run starts with.
+    /// Discrete state of the law; its default is the start of a run.
     type Memory<S: Varying>: Clone + Default + PartialEq + Debug + Serialize + DeserializeOwned + Send;
 
     /// Whether the secant `(v - dz/dt)/z` tells the rate of relaxation: the deflection follows the velocity `v` but for a
@@ -46,7 +46,7 @@ pub trait BristleLaw: ParameterSet {
         true
     }
 
-    /// What is unusual about the parameters.
+    /// Warning about the parameters.
     fn notice(&self) -> Option<Notice> {
         None
     }

@@ -85,7 +85,7 @@ pub struct Festoon<L = Friction> {
     friction: [FrictionContact<L>; MAX_TROLLEYS],
 }
 
-/// What connects a trolley with the one before it.
+/// Link between a trolley and the one before it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 enum Link {
     /// The rope hangs through, the buffers do not meet.
@@ -118,7 +118,7 @@ impl<S: Scalar> LinkForces<S> {
     }
 }
 
-/// What moves a trolley and its load.
+/// Forces on a trolley and its load.
 #[derive(Clone, Copy, Debug)]
 struct Motion<S> {
     acceleration: S,

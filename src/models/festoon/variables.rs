@@ -63,7 +63,7 @@ fn of_trolley(variable: Variable, trolley: usize) -> Variable {
     Variable { derivative_of, ..variable }.within(&place, base).depends_on(&depends_on)
 }
 
-/// What the forces of the link before a trolley depend on.
+/// Dependencies of the forces of the link before a trolley.
 fn link(trolley: usize) -> Vec<u32> {
     let behind = trolley_base(trolley);
     let before = match trolley {
@@ -73,12 +73,12 @@ fn link(trolley: usize) -> Vec<u32> {
     [before, [behind + own::POSITION, behind + own::VELOCITY]].concat()
 }
 
-/// What friction and accelerations of a trolley depend on.
+/// Dependencies of friction and accelerations of a trolley.
 fn motion(trolley: usize) -> Vec<u32> {
     [load(trolley), states::references(contact_base(trolley))].concat()
 }
 
-/// What decides whether a law without states of its own holds a trolley.
+/// Dependencies of the decision whether a law without states of its own holds a trolley.
 fn load(trolley: usize) -> Vec<u32> {
     let mut all = link(trolley);
     if trolley + 1 < MAX_TROLLEYS {

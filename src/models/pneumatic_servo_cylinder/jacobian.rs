@@ -160,7 +160,7 @@ const MOTION: [u8; 2] = [6, 7];
 /// Directions of the volumes of a hose, apart from the first, and of its columns.
 const LATER_VOLUMES: [u8; VOLUMES - 1] = [9, 11, 0];
 const LINE_COLUMNS: [u8; COLUMNS] = [8, 10, 8];
-/// What flows through the valve changes the first volumes of both hoses and the vessel.
+/// The flow through the valve changes the first volumes of both hoses and the vessel.
 const FIRST_VOLUMES: [u8; 2] = MOTION;
 const OF_VESSEL: u8 = 10;
 /// Directions of the states of the friction law, which change nothing but themselves and the motion; the next one is that

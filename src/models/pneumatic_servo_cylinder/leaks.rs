@@ -42,7 +42,7 @@ impl Leaks {
         self.piston.is_used()
     }
 
-    /// What leaks into the chambers; as a rule negative.
+    /// Leakage into the chambers; usually negative.
     pub fn inflow<S: Scalar>(&self, gas: GasState<Pair<S>>, surroundings: GasState<Pair<S>>) -> Inflow<Pair<S>> {
         let from_outside = || {
             let conductances = Pair::constant(1.0) * self.conductances;

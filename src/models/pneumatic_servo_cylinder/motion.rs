@@ -34,7 +34,7 @@ enumeration! {
     }
 }
 
-/// How the carriage is moved, with the numbers that belong to it.
+/// Drive of the carriage, with its numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Guidance {
     /// By forces alone.
@@ -59,12 +59,12 @@ pub(super) struct Imposed<S> {
     pub velocity: S,
 }
 
-/// What is remembered of an imposed motion.
+/// Discrete state of an imposed motion.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Memory<S> {
     /// The course of the present communication step, or of the last one; none before the first.
     course: Option<Course<S>>,
-    /// How the speed of the carriage changes.
+    /// Change of the carriage's speed.
     pub trend: Trend<S>,
 }
 

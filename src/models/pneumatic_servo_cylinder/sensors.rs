@@ -9,10 +9,10 @@ use crate::sensor::{self, Quantity, Sensor};
 use crate::system::Sample;
 use crate::variables::{ParameterError, Variable, units};
 
-/// How many there are.
+/// Number of sensors.
 pub const COUNT: usize = 4;
 
-/// What the sensors remember.
+/// Discrete states of the sensors.
 pub type Memory<S> = [sensor::Memory<S>; COUNT];
 
 const NAMES: [&str; COUNT] = ["position", "pressureA", "pressureB", "force"];
@@ -81,7 +81,7 @@ impl Sensors {
         rounded.map(|(place, _)| format!("sensors[{}].reading", place + 1)).collect()
     }
 
-    /// What they remember at the start, of quantities that have been there for long.
+    /// Discrete states at the start, with quantities that were constant before.
     pub fn start<S: Varying>(&self, quantities: [S; COUNT]) -> Memory<S> {
         let (all, mut seeds) = (self.all(), self.seed);
         std::array::from_fn(|place| all[place].start(quantities[place], random::next(&mut seeds)))

@@ -23,9 +23,9 @@ fn voltage_of(reference: u32, chamber: &str) -> Variable {
     ))
 }
 
-/// How many inputs equations without options read.
+/// Number of inputs that equations without options read.
 pub(super) const FEW: usize = 3;
-/// How many inputs there are.
+/// Number of inputs.
 pub(super) const ALL: usize = Inputs::LEN;
 
 impl<S: Copy + Default> Inputs<S> {
@@ -36,13 +36,13 @@ impl<S: Copy + Default> Inputs<S> {
         Self::read(&std::array::from_fn(|place| if place < U { u[place] } else { S::default() }))
     }
 
-    /// What is said of an imposed motion.
+    /// Values of an imposed motion.
     #[inline(always)]
     pub(super) fn imposed(&self) -> Imposed<S> {
         Imposed { position: self.imposed_position, velocity: self.imposed_velocity }
     }
 
-    /// What commands the actuator.
+    /// Command of the actuator.
     #[inline(always)]
     pub(super) fn commands(&self) -> Commands<S> {
         Commands { voltage: self.valve_voltage, voltage_a: self.voltage_a, voltage_b: self.voltage_b }

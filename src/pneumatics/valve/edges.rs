@@ -14,7 +14,7 @@ enumeration! {
     }
 }
 
-/// How far the edges open with the spool, as fractions of their full opening.
+/// Opening of the edges by the spool, as fractions of their full opening.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Opening {
     /// `clamp((s - d)/(1 - d), 0, 1)` with the dead zone `d` as a fraction of the spool travel, both ways.

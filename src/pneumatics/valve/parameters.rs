@@ -98,7 +98,7 @@ impl Parameters {
         ]
     }
 
-    /// How far the edges open with the spool.
+    /// Opening of the edges by the spool.
     ///
     /// # Errors
     /// [`ParameterError`] for a table in use whose spool does not rise or whose opening falls.

@@ -24,7 +24,7 @@ pub struct Choice {
     is_implicit: bool,
     /// Explicit attempts in a row that were followed by many more.
     short: u32,
-    /// How many of them there may be.
+    /// Largest number of them.
     patience: u32,
     /// Step size in s of the explicit method when it was last given up.
     given_up_at: f64,
@@ -105,7 +105,7 @@ impl Choice {
 mod tests {
     use super::*;
 
-    /// What is chosen where nothing but errors limits explicit steps.
+    /// Choice where only errors limit explicit steps.
     fn choose(choice: &mut Choice, step: f64, remaining: f64) -> f64 {
         choice.choose(step, remaining, f64::INFINITY, false)
     }
@@ -165,7 +165,7 @@ mod tests {
         }
     }
 
-    /// What remains behind an event may be shorter than the shortest reach with which a communication step begins.
+    /// The rest behind an event may be shorter than the shortest first reach of a communication step.
     #[test]
     fn midpoint_rule_does_not_try_again_what_it_has_given_up() {
         let mut choice = Choice::default();

@@ -59,7 +59,7 @@ pub fn exchange(import: &Fmi3Import) -> Result<Host<'_, InstanceME>> {
     Ok(Host { instance, import })
 }
 
-/// How a communication step has ended.
+/// End of a communication step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Step {
     /// Whether it has ended at an event, which is still to happen.

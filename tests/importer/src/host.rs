@@ -3,9 +3,9 @@
 use anyhow::{Context, Result, ensure};
 use fmi::traits::{FmiInstance, FmiStatus, InstanceResult};
 
-/// What the versions of FMI name differently.
+/// Names that differ between the versions of FMI.
 pub trait Version: FmiInstance<ValueRef = u32> + Sized {
-    /// What the crate has read of an FMU.
+    /// FMU as read by the crate.
     type Import;
 
     /// The value reference of a variable.

@@ -6,7 +6,7 @@ use fmi::traits::FmiModelExchange;
 
 use crate::host::{Host, Version, ok};
 
-/// How close to an event a step ends, in s.
+/// Distance in s of a step's end from an event.
 const RESOLUTION: f64 = 1e-12;
 
 /// Model exchange of either version.

@@ -24,7 +24,7 @@ macro_rules! moving {
             }
         }
 
-        /// What moves at 1 m/s.
+        /// A body that moves at 1 m/s.
         #[derive(Clone)]
         struct Moving(Parameters);
 
