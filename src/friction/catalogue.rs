@@ -204,6 +204,9 @@ macro_rules! law_items {
                 fn id(&self) -> u32 {
                     match self { $(Friction::$law(_) => $id),* }
                 }
+                // By itself, as the scale of all states: in a loop over states the quotient of a law would be computed before it
+                // is known that the law is this one, and under another law its divisor may be 0, which traps in some hosts.
+                #[inline(never)]
                 fn scale_of(&self, state: usize) -> f64 {
                     of_law!(self, |law| law.scale_of(state))
                 }
@@ -234,6 +237,7 @@ macro_rules! law_items {
                 fn state_kind(&self) -> StateKind {
                     of_law!(self, |law| law.state_kind())
                 }
+                #[inline(never)]
                 fn state_scale(&self) -> f64 {
                     of_law!(self, |law| law.state_scale())
                 }

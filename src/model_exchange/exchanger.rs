@@ -38,11 +38,18 @@ pub struct Exchanger<E: System<U>, const N: usize, const U: usize> {
     near: [f64; N],
     /// Whether `x` is within the limits, and `near` is the same.
     is_within: bool,
-    memory: E::Memory<Real>,
+    /// Apart, since it has kilobytes, which would be copied over the stack of the host on their way here.
+    memory: Box<E::Memory<Real>>,
     /// Whether the equations are taken on the far side of each kink, where its quantity is negative.
     sides: Vec<bool>,
     inputs: [f64; U],
     counters: Counters,
+}
+
+/// A copy of a memory.
+#[inline(never)]
+fn copied<M: Clone>(memory: &M) -> Box<M> {
+    Box::new(memory.clone())
 }
 
 /// A state of the table.
@@ -60,15 +67,29 @@ struct State {
 
 impl<E: System<U>, const N: usize, const U: usize> Exchanger<E, N, U> {
     /// Equations at a time since their start, with the indicators of their model.
-    // Compiled apart from the run that it begins with.
-    #[inline(never)]
     pub(crate) fn new(
+        of: (E, Session),
+        at: (f64, [f64; N], &E::Memory<Real>, [f64; U]),
+        indicators: Vec<Indicator>,
+    ) -> Box<Self> {
+        let mut exchanger = Self::without_states(of, at, indicators);
+        exchanger.look_around();
+        exchanger.change_sides();
+        let mut computed = vec![0.0; exchanger.session.table.computed().count()];
+        exchanger.values(&mut computed);
+        exchanger.states = exchanger.table_states(&computed);
+        exchanger
+    }
+
+    /// The same before the table's states are known. It takes much of the stack: a frame of its own.
+    #[inline(never)]
+    fn without_states(
         (equations, session): (E, Session),
         (time, x, memory, inputs): (f64, [f64; N], &E::Memory<Real>, [f64; U]),
         indicators: Vec<Indicator>,
     ) -> Box<Self> {
-        let limits = equations.limits();
-        let mut exchanger = Box::new(Self {
+        let (limits, memory) = (equations.limits(), copied(memory));
+        Box::new(Self {
             equations,
             session,
             indicators,
@@ -78,17 +99,11 @@ impl<E: System<U>, const N: usize, const U: usize> Exchanger<E, N, U> {
             limits,
             near: x,
             is_within: true,
-            memory: memory.clone(),
+            memory,
             sides: vec![false; E::kink_list().len()],
             inputs,
             counters: Counters::default(),
-        });
-        exchanger.look_around();
-        exchanger.change_sides();
-        let mut computed = vec![0.0; exchanger.session.table.computed().count()];
-        exchanger.values(&mut computed);
-        exchanger.states = exchanger.table_states(&computed);
-        exchanger
+        })
     }
 
     /// The states as the table lists them, with the start values of those that are not integrated.
@@ -353,7 +368,7 @@ impl<E: System<U>, const N: usize, const U: usize> Exchange for Exchanger<E, N, 
         let of_near: [f64; N] =
             std::array::from_fn(|index| self.limits[index].nearest(self.x[index]).1 * states[index]);
         let inputs = std::array::from_fn(|i| direction.inputs[i]);
-        let at = (self.elapsed, &self.near, &self.inputs, &self.memory);
+        let at = (self.elapsed, &self.near, &self.inputs, &*self.memory);
         let seeds = (direction.time, &of_near, &inputs);
         self.session.differentiate(&self.equations, at, seeds, direction.parameters, computed);
         if !self.is_within {
@@ -387,7 +402,7 @@ impl<E: System<U>, const N: usize, const U: usize> Exchange for Exchanger<E, N, 
             return Err(SnapshotError::Foreign);
         }
         (self.session.start, self.x, self.counters, self.sides) = (start, x, counters, sides);
-        self.memory = *memory;
+        self.memory = memory;
         self.look_around();
         self.set_time(snapshot.time);
         Ok(())

@@ -274,8 +274,9 @@ impl Run {
     }
 }
 
-/// Starts the model, with the solver inside.
+/// Starts the model, with the solver inside. What that takes of the stack is given back before the run is used.
 #[cold]
+#[inline(never)]
 fn start(layout: &Layout, record: &Record) -> Result<Way, Failure> {
     memory::check_room()?;
     Ok(Way::Inside(layout.model.begin(&record.start())?))
