@@ -16,9 +16,9 @@ COLOURS = {
     "bdf restarted": "#5b6876",
     "bdf free": "#a3adb8",
 }
-"""What is drawn; the other ways to use the same solvers lie between."""
+"""Drawn solvers; the other ways to use them lie between."""
 NAMES = {"cvode": "CVODE", "bdf": "diffsol"}
-"""What the solvers are called elsewhere."""
+"""Names of the solvers elsewhere."""
 ERRORS = [
     ("position error in m", "largest error of the position (m)"),
     ("friction error in N", "rms error of the friction force (N)"),

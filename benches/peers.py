@@ -1,4 +1,4 @@
-"""What a millisecond of a plant costs with programs that users know, in µs of processor time.
+"""Cost of a millisecond of a plant in programs that users know, in µs of processor time.
 
 The default experiment under the law LuGre, whose runs have no events of friction: 3 s of `5 + 2 sin(2 pi t)` V. A valve
 without play lets solvers see one smooth function. The position is recorded each millisecond. The rows:

@@ -47,7 +47,7 @@ def best(work: Callable[[], object], repetitions: int = 15) -> float:
 
 
 def ratios(works: Sequence[Callable[[], object]], repetitions: int = 15) -> np.ndarray:
-    """How many times longer the first takes than each of the others.
+    """Ratio of the first's time to each of the others'.
 
     They take turns, so that both of a ratio meet the same machine, and the median of the turns counts.
     """

@@ -63,7 +63,7 @@ def response(logarithms, slopes=True):
 
 
 def cost(found):
-    """How far a response is off, and the gradient: a millimetre counts the more, the later."""
+    """Error of a response, and its gradient: a millimetre counts the more, the later."""
     off, weights = 1e3 * (found[:, 0] - TARGET), STEP * TIMES
     return weights @ off**2, 2e3 * (weights * off) @ found[:, 1:]
 

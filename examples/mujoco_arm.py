@@ -26,7 +26,7 @@ RADIUS = 0.3
 MIDDLE = 0.25
 """Position of the carriage in m at which the arm is level."""
 TIP = (0.35, 0.2, 1.5)
-"""Where the load is on the level arm, outwards and upwards in m, and its mass in kg."""
+"""Position of the load on the level arm, outwards and upwards in m, and its mass in kg."""
 CARRIAGE = 0.88
 """Moving mass of the cylinder alone in kg."""
 REFLECTED = TIP[2] * (TIP[0] ** 2 + TIP[1] ** 2) / RADIUS**2
@@ -99,7 +99,7 @@ class Lift:
     position: np.ndarray
     sticking: np.ndarray
     given: float = 0.0
-    """What the cylinder has given to the arm: the work of the force that is exchanged, and of the reflected mass."""
+    """Energy from the cylinder to the arm: the work of the exchanged force, and of the reflected mass."""
     taken: float = 0.0
     """By how much the energy of the arm has grown."""
 

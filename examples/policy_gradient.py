@@ -33,7 +33,7 @@ def features(observations: NDArray[np.float32]) -> Array:
 
 
 def worth(observations: NDArray[np.float32]) -> Array:
-    """What the critic sees: magnitudes, since a return does not know the side."""
+    """Input of the critic: magnitudes, since a return does not know the side."""
     seen = features(observations)
     return np.column_stack([np.abs(seen[:, :4]), seen[:, 0] * seen[:, 2], np.ones(len(seen))])
 

@@ -24,7 +24,7 @@ START, END, STEPS, STEP = 0.2, 0.25, 500, 1e-3
 PARAMETERS = {"position0": START, "valve.hysteresis": 0.0, "solver.relativeTolerance": 1e-6}
 WATCHED = ["position", "velocity", "sticking"]
 LENGTH, SPEED, TURN = 1e-3, 1e-2, 0.3
-"""What counts as much: a millimetre off, 1 cm/s at the end, a change of the voltage by 0.3 V from step to step."""
+"""Scales of equal cost: a millimetre off, 1 cm/s at the end, a change of the voltage by 0.3 V from step to step."""
 
 
 class Move:

@@ -1,4 +1,4 @@
-"""What the readers of the Python package are to do with any file: read it, or refuse it by name with a `ValueError`."""
+"""Task of the readers of the Python package with any file: read it, or refuse it by name with a `ValueError`."""
 
 from __future__ import annotations
 

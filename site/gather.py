@@ -91,7 +91,7 @@ def copy_repository(root: Path, out: Path) -> None:
 
 
 def package_of(root: Path) -> dict[str, str]:
-    """What the manifest of the workspace says of the package."""
+    """Package data in the manifest of the workspace."""
     package: dict[str, str] = tomllib.loads((root / "Cargo.toml").read_text(encoding="utf-8"))["workspace"]["package"]
     return package
 
@@ -243,7 +243,7 @@ WANTED = {
     "break-away depends on the rate": ("rate-dependent break-away", r"."),
     "no drift": ("drift", r"none"),
 }
-"""What a law may have to have, by the column of the table of properties and how a cell begins then."""
+"""Properties of laws, by the column of the table of properties and the beginning of a cell that has them."""
 
 
 def laws_page(laws: list[Law], known: dict[str, dict[str, str]]) -> str:
@@ -313,7 +313,7 @@ def gallery_page(laws: list[Law], gallery: Path | None, target: Path) -> str:
 
 
 FOREIGN = ["BaseException", "Env", "ImportError", "Mapping", "Sequence", "VectorEnv"]
-"""What classes of the package have from these is not told again."""
+"""Base classes whose members are not repeated in the reference."""
 
 TASKS = {
     "models": ("Models and runs", "Model models Simulation SavedState Run Runs Comparison play"),
@@ -382,7 +382,7 @@ def first_line(name: str) -> str:
 
 
 def described(name: str) -> str:
-    """What Sphinx needs to describe an object."""
+    """Sphinx's data of an object."""
     of = item(name)
     if inspect.isclass(of):
         options = "   :special-members: __getitem__, __setitem__\n"
@@ -393,7 +393,7 @@ def described(name: str) -> str:
 
 
 def command_line_page() -> str:
-    """What each command says of itself."""
+    """Help of each command."""
     from pneumatic_servo.cli import COMMANDS
 
     text = ["# Command line\n", "`pneumatic-servo` comes with the Python package.\n"]

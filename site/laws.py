@@ -28,7 +28,7 @@ from portraits import BENCH, LAW, SOFT
 CYLINDER = "PneumaticServoCylinder"
 
 COURSE = [(1.3, 10.0), (1.0, 0.0), *[(0.25, 2.0), (0.25, -2.0)] * 4, (5.0, -4.0)]
-"""How long in s the drive has which velocity in mm/s: it pulls, rests under load, turns often, and goes back slowly."""
+"""Velocities in mm/s of the drive, with durations in s: it pulls, rests under load, turns often, goes back slowly."""
 
 COMPARED = "Stribeck"
 """The law with which the others are compared."""
@@ -38,7 +38,7 @@ SETTINGS = STYLE | {"font.size": 10, "svg.hashsalt": "laws", "svg.fonttype": "no
 
 @dataclass(frozen=True)
 class Told:
-    """What the page inside the FMU says of a law."""
+    """Text on a law in the page inside the FMU."""
 
     equations: str
     source: str

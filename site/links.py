@@ -11,11 +11,11 @@ from pathlib import Path
 from urllib.parse import unquote, urlsplit
 
 LOADED = {"script": "src", "img": "src", "iframe": "src", "link": "href", "source": "src", "object": "data"}
-"""What a browser loads by itself, and the attribute that says from where."""
+"""Elements that a browser loads by itself, and the attribute with the address."""
 
 
 class Page(HTMLParser):
-    """What a page links to, what can be linked to in it, and what it lacks."""
+    """Links of a page, its anchors, and its errors."""
 
     def __init__(self, file: Path) -> None:
         super().__init__()
@@ -52,7 +52,7 @@ def main() -> int:
 
 
 def check(file: Path, page: Page, seen: dict[Path, Page], site: Path) -> list[str]:
-    """What is wrong with a page."""
+    """Errors of a page."""
     problems = list(page.problems)
     for link in page.loaded:
         parts = urlsplit(link)

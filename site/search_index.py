@@ -15,10 +15,10 @@ from pathlib import Path
 from bs4 import BeautifulSoup, NavigableString, Tag
 
 HEADINGS = "h1, h2, h3, h4, dt.sig[id]"
-"""What a section begins with: a heading, or an item of the reference of Python."""
+"""Beginnings of sections: a heading, or an item of the reference of Python."""
 
 LEFT_OUT = ["script", "style", "svg", "a.headerlink", "button", "nav", "figure.live"]
-"""What is in a page and no text of it."""
+"""Elements of a page that are not text."""
 
 OTHER_PAGES = {"genindex.html", "search.html", "py-modindex.html", "playground.html"}
 

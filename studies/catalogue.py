@@ -27,7 +27,7 @@ from pneumatic_servo.files import write_csv
 from portraits import draw_presliding, draw_steady, draw_stick_slip, presliding, steady_curve, stick_slip
 
 COLUMNS = 3
-"""How many laws stand side by side in the figure."""
+"""Laws side by side in the figure."""
 
 REPEATS = 5
 COST = ["solver.steps", "solver.rejectedSteps", "solver.jacobians", "solver.events"]
@@ -35,7 +35,7 @@ COST = ["solver.steps", "solver.rejectedSteps", "solver.jacobians", "solver.even
 
 @dataclass
 class Portrait:
-    """What a law does on the bench."""
+    """Results of a law on the bench."""
 
     law: str
     steady: np.ndarray

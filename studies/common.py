@@ -54,7 +54,7 @@ def arguments(text: str) -> argparse.Namespace:
 
 
 def repeated(text: str, laws: Iterable[str], chosen: Iterable[str], count: int) -> argparse.ArgumentParser:
-    """Which laws, how often, on records of which duration; folder of the results, and number of processes."""
+    """Options: laws, repetitions, duration of the records, folder of the results, number of processes."""
     parser = _parser(text)
     parser.add_argument("--laws", nargs="+", default=list(chosen), choices=laws)
     parser.add_argument("--repetitions", type=int, default=count)
@@ -70,7 +70,7 @@ def _parser(text: str) -> argparse.ArgumentParser:
 
 
 def parsed(parser: argparse.ArgumentParser) -> argparse.Namespace:
-    """What was asked for, with the folder of the results made."""
+    """Options of the command line, with the folder of the results made."""
     options = parser.parse_args()
     options.output.mkdir(parents=True, exist_ok=True)
     return options

@@ -40,7 +40,7 @@ SMALL = ["None", "Stribeck", "StribeckRegularised", "LuGre"]
 
 @dataclass
 class Record:
-    """What a law does. Lengths in m."""
+    """Results of a law. Lengths in m."""
 
     law: str
     seconds: float
@@ -84,7 +84,7 @@ def crane_velocity(t: float) -> float:
 
 
 def changes(signs: np.ndarray) -> int:
-    """How often a sign follows the other one, zeros left out."""
+    """Number of changes of sign, zeros left out."""
     total = 0
     for column in signs.T:
         own = column[column != 0.0]

@@ -108,7 +108,7 @@ def resident() -> int:
 
 
 def findings(first: dict[str, float | str], second: dict[str, float | str], seconds: int) -> list[str]:
-    """What does not hold of two runs that should be the same."""
+    """Differences of two runs that should be the same."""
     found = []
     if first["digest"] != second["digest"]:
         found.append(f"two processes differ, {first['digest']} and {second['digest']}")

@@ -17,7 +17,7 @@ STOP = 3.0
 """In s, of the plant's time."""
 
 SLOWER = 3
-"""How much slower than the plant the picture is."""
+"""Factor by which the picture is slower than the plant."""
 
 EVERY = 8
 """In ms, from one frame to the next; what is drawn in between lies on straight lines."""

@@ -1,4 +1,4 @@
-"""Which mistakes in a record are named: each is made in the record of the synthetic rig, one at a time.
+"""Named mistakes: each is made in the record of the synthetic rig, one at a time.
 
 A mistake counts as named if what is said of the record before the fit, or by the verdict after it, has the words that
 say what is wrong. The record as it is must not be doubted.
@@ -171,7 +171,7 @@ MISTAKES: dict[str, Mistake] = {
 
 
 def said_before(data: Data) -> str:
-    """What is said of a record before a second vector is looked at."""
+    """Messages about a record before a second vector is evaluated."""
 
     def stop(text: str) -> None:
         if text.startswith("cost"):

@@ -89,7 +89,7 @@ def main() -> int:
 
 @contextmanager
 def executor_of(scheduler: str | None, processes: int | None) -> Iterator[Executor | None]:
-    """Who makes the runs: workers of a cluster, processes, or nobody else."""
+    """Executor of the runs: workers of a cluster, processes, or none."""
     if scheduler:
         try:
             from dask.distributed import Client
@@ -120,7 +120,7 @@ def study(cases: list[Case], executor: Executor | None, workers: int | None) -> 
 
 
 def row_of(case: Case, run: ps.Run) -> Row:
-    """What came out of one run."""
+    """Result of one run."""
     # The rows after the start.
     position, velocity, force = (run[name][1:] for name in ("position", "velocity", "frictionForce"))
     speeds = np.abs(velocity)

@@ -30,7 +30,7 @@ COLUMNS = ["law", "experiment", "parameter", "true", "unit", "foretold (%)", "of
            "repetitions"]  # fmt: skip
 CHOSEN = ("Coulomb", "Stribeck", "LuGre")
 WITHIN = 0.25
-"""How far off a promise may be."""
+"""Accepted error of a prediction."""
 
 Array = NDArray[np.float64]
 
@@ -45,7 +45,7 @@ class Promise:
 
 
 def start(law: str) -> list[str]:
-    """What is looked for, from where it is: what is promised holds there."""
+    """Estimated parameters with their start values; predictions hold there."""
     return [f"{name}={value}" for name, value in {**LAWS[law], **COMMON}.items()]
 
 
@@ -59,7 +59,7 @@ def promised(law: str, duration: float) -> Promise:
 
 
 def fitted(task: tuple[Promise, int]) -> list[ps.Estimate]:
-    """What is found with the noise of a seed."""
+    """Fit with the noise of a seed."""
     promise, seed = task
     seen = measured(promise.true, seed, is_rounded=False)
     found = ps.fit(seen, experiment="rig", law=promise.law, fit=start(promise.law), starts=0, workers=1,

@@ -49,7 +49,7 @@ LAWS: dict[str, dict[str, float]] = {
         "friction.gms.Fs": 12.2, "friction.gms.Fc": 7.8, "friction.gms.vs": 0.015, "friction.gms.sigma2": 37.0,
     },
 }  # fmt: skip
-"""What is true, and what a fit has to find."""
+"""True values, which a fit has to find."""
 
 
 def voltage(time: float) -> float:
@@ -60,7 +60,7 @@ def voltage(time: float) -> float:
 def truth(
     law: str, duration: float, tolerance: float = 1e-6, driven: Callable[[float], float] = voltage
 ) -> dict[str, Array]:
-    """What the rig does under a law and a voltage, at intervals of 1 ms."""
+    """Response of the rig under a law and a voltage, at intervals of 1 ms."""
     parameters: dict[str, Any] = {"friction.law": law, **COMMON, **LAWS[law]}
     plant, friction = configure(parameters)
     run = Run(Plant(plant), friction, tolerance)
@@ -84,7 +84,7 @@ def truth(
 
 
 def measured(true: dict[str, Array], seed: int, *, is_rounded: bool = True) -> dict[str, Array]:
-    """What the sensors say, through their converters or without."""
+    """Readings of the sensors, through their converters or without."""
     rng = np.random.default_rng(seed)
     seen = {"time": true["time"], "valveVoltage": true["valveVoltage"]}
     for signal in ("position", "chamberA.pressure", "chamberB.pressure"):

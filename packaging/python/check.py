@@ -48,13 +48,13 @@ def check(file: Path) -> int:
 
 
 def invalid_contents(file: Path) -> list[str]:
-    """What is wrong within an archive."""
+    """Errors within an archive."""
     rules = validate_fmu(str(file)) if file.suffix == ".fmu" else invalid_systems(file)
     return [*rules, *invalid_terminals(file), *invalid_sets(file)]
 
 
 def invalid_terminals(file: Path) -> list[str]:
-    """What is wrong with the terminals inside: against the schema, and variables that are not there."""
+    """Errors of the terminals inside: against the schema, and missing variables."""
     findings = []
     for name, tree in trees(file, "terminalsAndIcons.xml"):
         findings += [f"{name}: {error}" for error in errors(tree, TERMINALS)]
@@ -65,12 +65,12 @@ def invalid_terminals(file: Path) -> list[str]:
 
 
 def invalid_systems(file: Path) -> list[str]:
-    """What is wrong with the system descriptions inside."""
+    """Errors of the system descriptions inside."""
     return [f"{name}: {error}" for name, tree in trees(file, ".ssd") for error in errors(tree, SYSTEM)]
 
 
 def invalid_sets(file: Path) -> list[str]:
-    """What is wrong with the parameter sets inside, those in system descriptions included."""
+    """Errors of the parameter sets inside, also in system descriptions."""
     sets = list(trees(file, ".ssv"))
     sets += [(name, found) for name, tree in trees(file, ".ssd") for found in tree.iter(f"{{{NAMESPACE}}}ParameterSet")]
     return [f"{name}: {error}" for name, tree in sets for error in errors(tree, VALUES)]

@@ -19,7 +19,7 @@ from fmpy.build import build_platform_binary
 STEP = 1e-3
 """Communication step of the runs that are saved and restored, in s."""
 STEPS = 100
-"""How many of them come before a state is saved, how many after it, and how many a run by FMI 3.0 has."""
+"""Numbers of steps before a state is saved, after it, and of a run by FMI 3.0."""
 
 
 def main() -> int:

@@ -64,7 +64,7 @@ ONE_SECOND = 1.0
 
 @dataclass
 class Solver:
-    """How the host's solver is set."""
+    """Settings of the host's solver."""
 
     name: str = "CVode"
     step: float = INTERVAL
@@ -84,7 +84,7 @@ WRONG = {
 
 @dataclass
 class Counts:
-    """What a run of CVODE took."""
+    """Cost of a run of CVODE."""
 
     rates: int = 0
     roots: int = 0

@@ -25,7 +25,7 @@ LAW = "friction.law"
 
 @dataclass
 class Run:
-    """What an experiment gave: one column per variable, one row per communication point."""
+    """Results of an experiment: one column per variable, one row per communication point."""
 
     model: str
     law: str

@@ -23,9 +23,9 @@ COLUMNS = ["law", "travel (m)", "largest speed (m/s)", "largest friction (N)", "
 AIR = "air (kg)"
 """The last column, where the runs count their air."""
 RECORDED = ["position", "velocity", "frictionForce", "sticking"]
-"""What the table is made from."""
+"""Variables of the table."""
 COUNTED = "supply.consumed"
-"""What its last column is made from."""
+"""Variable of its last column."""
 
 
 @dataclass(frozen=True)

@@ -46,7 +46,7 @@ class Entry:
 
 @dataclass(frozen=True, kw_only=True)
 class DataSheet:
-    """What data sheets say of a cylinder, its valve, its hoses and its load; in the units they use.
+    """Data of a cylinder, its valve, its hoses and its load, in the units of data sheets.
 
     Every run takes it in place of parameters. Friction is stated for all laws that have static or Coulomb friction;
     `kept` is what no data sheet states, and stays as on the small rig.
@@ -197,7 +197,7 @@ class DataSheet:
 
     @property
     def kept(self) -> dict[str, float]:
-        """What the numbers do not state, and stays at the values of the small rig that are the defaults."""
+        """Parameters not in the data, which keep the values of the small rig, the defaults."""
         names = [
             *(name for name in KEPT if self.hysteresis is None or name != "valve.hysteresis"),
             *(() if self.min_pressure else (own.name for own in _of_meaning("static friction", "Coulomb friction"))),
@@ -364,7 +364,7 @@ MAGNITUDES: dict[str, tuple[float, float, str, tuple[str, float]]] = {
     "supply": (0.1, 100.0, "bar", ("Pa", 1e-5)),
     "min_pressure": (1e-4, 20.0, "bar", ("Pa", 1e-5)),
 }
-"""What machines have, in the units of data sheets, and the unit and factor of those who write SI units."""
+"""Data of machines, in the units of data sheets, and the unit and factor in SI units."""
 
 
 def nominal_flow(conductance: float, critical_ratio: float) -> float:

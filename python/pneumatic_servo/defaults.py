@@ -13,9 +13,9 @@ from pneumatic_servo.errors import Refused, warn
 from pneumatic_servo.variables import Value, Variables
 
 WHOLE = {"mass.carriage": "mass.moving"}
-"""What takes the whole value of another."""
+"""Parameters that take the whole value of another."""
 IN_PROPORTION = {"position0": "cylinder.stroke"}
-"""What keeps the proportion of the defaults; and so do the levels of sliding friction, to static friction."""
+"""Parameters in proportion to the defaults; so are the levels of sliding friction, to static friction."""
 MOST = 8
 """As many defaults as may give way: three levels of friction, and the others."""
 

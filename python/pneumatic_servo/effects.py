@@ -20,7 +20,7 @@ Fact = Callable[[Mapping[str, Value]], bool]
 
 @dataclass(frozen=True)
 class Need:
-    """What parameters need in order to count, as a fact of all values and as a text."""
+    """Conditions under which parameters have an effect, as a function of all values and as a text."""
 
     names: re.Pattern[str]
     counts: Fact

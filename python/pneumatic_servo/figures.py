@@ -65,15 +65,15 @@ TINY = 1e-300
 """In place of the extent of a curve that has none."""
 
 LINES = 2.0
-"""Where matplotlib draws lines: above areas, below text."""
+"""Layer of lines in matplotlib: above areas, below text."""
 
 
 WINDOWS = ("qt", "tk", "gtk", "wx", "macosx", "webagg")
-"""How the names of those backends of matplotlib begin that open windows."""
+"""Beginnings of the names of backends of matplotlib that open windows."""
 
 
 class Recorded(Protocol):
-    """What a figure takes of a run: its times in s, its variables, their values in SI units, and its settings."""
+    """Data of a run for a figure: its times in s, its variables, their values in SI units, and its settings."""
 
     time: Values
     variables: Variables

@@ -109,7 +109,7 @@ def _part(file: Path, folder: Path) -> Iterator[Path]:
     try:
         handle, name = tempfile.mkstemp(prefix=f".{file.stem}-", suffix=file.suffix, dir=folder)
     except OSError as error:
-        # It would name the temporary file, which nobody knows.
+        # The error would name the temporary file, which nobody knows.
         raise type(error)(error.errno, error.strerror, str(file)) from None
     os.close(handle)
     part = Path(name)

@@ -18,7 +18,7 @@ from pneumatic_servo.variables import Value
 Array = NDArray[np.float64]
 Courses = float | Array | tuple[Array, Array]
 LOOK = 0.1
-"""How often in s it is looked which pieces are done."""
+"""Interval in s of checks for finished pieces."""
 PIECES = 64
 """Most pieces of the work of an executor: enough for many workers, few to send."""
 

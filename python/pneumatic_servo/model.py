@@ -41,7 +41,7 @@ from pneumatic_servo.variables import Value, Variables
 
 @runtime_checkable
 class HasSettings(Protocol):
-    """What has parameters by name: a `DataSheet`, a `Fit`, a `Linearisation`, an earlier `Run`."""
+    """Source of parameters by name: a `DataSheet`, a `Fit`, a `Linearisation`, an earlier `Run`."""
 
     @property
     def settings(self) -> Mapping[str, Any]:
@@ -467,7 +467,7 @@ class Model(ModelDescription):
             run, failure = next(iter(done.failures.items()))
             where = f"run {run} of {len(work.runs)}: "
             if done.rows[run] == 0:
-                # What was refused in another thread has lost its unit.
+                # An exception from another thread has lost its unit.
                 self._check(settings[run], where)
                 raise ValueError(where + failure)
             problem = SimulationError(where + failure)
@@ -659,7 +659,7 @@ class Model(ModelDescription):
             try:
                 found.append(self._fitted(own, shared, lambda text: told.setdefault(text.partition(" = ")[0], text)))
             except Refused:
-                # It is reported with the run.
+                # The warning is reported with the run.
                 found.append(dict(own))
             for name, text in list(told.items()):
                 if not text.startswith("run "):

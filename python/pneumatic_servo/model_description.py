@@ -16,7 +16,7 @@ KNOWN = ("name", "description", "variables", "parameters", "inputs", "outputs", 
 
 
 class ModelDescription:
-    """What is known of a model that nobody runs yet; `Model` adds the ways to run it."""
+    """Description of a model without a run; `Model` adds runs."""
 
     def __init__(self, name: str = "PneumaticServoCylinder") -> None:
         if name not in _native.models():

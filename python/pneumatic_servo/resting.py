@@ -16,8 +16,10 @@ from pneumatic_servo.errors import NoDerivative
 
 Array = NDArray[np.float64]
 AtRest = Literal["mean", "zero", "refuse"]
-"""What stands for the derivative by a voltage that rests: the mean of both sides, with which a search can begin; 0, the
-side to which nothing moves; or nothing, with an error."""
+"""Choices of the derivative by a voltage at rest.
+
+The mean of both sides, with which a search can begin; 0, the side without motion; or none, with an error.
+"""
 CHOICES = ("mean", "zero", "refuse")
 VOLTAGE = "valveVoltage"
 HARDLY = 1e-6

@@ -319,7 +319,7 @@ MEANT = (
     "time", "settings", "variables", "sensitivities", "consumption", "plot", "plot_friction", "to_csv", "to_pandas",
     "vjp",
 )  # fmt: skip
-"""What a misspelt attribute of a run may mean."""
+"""Meanings of misspelt attributes of a run."""
 
 
 class Runs(Sequence[Run]):

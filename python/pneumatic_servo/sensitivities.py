@@ -124,7 +124,7 @@ class Sensitivities:
 
     @property
     def smallest_rate(self) -> float:
-        """How fast the slowest indicator fell, in its own unit per s; infinite in a run without events."""
+        """Slowest rate of an indicator at its event, in its own unit per s; infinite in a run without events."""
         return min((abs(event.rate) for event in self.events), default=float("inf"))
 
     def __iter__(self) -> Iterator[tuple[str, str]]:
@@ -155,7 +155,7 @@ def _place(name: str, known: Sequence[str], lacking: str) -> int:
 
 @dataclass(frozen=True)
 class Transition:
-    """What a step does to small changes, exact through the events in it: ``A, B, C, D = transition``.
+    """Derivatives of a step by states and inputs, exact through the events in it: ``A, B, C, D = transition``.
 
     ``x+ = A x + B u + P p`` and ``y = C x + D u + Q p``, all in SI units.
 
@@ -240,7 +240,7 @@ class Transition:
 
 @dataclass(frozen=True)
 class Gradient:
-    """How a scalar of a run changes, in its unit per SI unit.
+    """Gradient of a scalar of a run, in its unit per SI unit.
 
     Attributes
     ----------
@@ -258,7 +258,7 @@ class Gradient:
 
 
 class Replay:
-    """What a run is made of, so that it can be made again."""
+    """Arguments of a run, so that it can be repeated."""
 
     def _voltage(self) -> Array:
         """Return the valve voltage over each step."""

@@ -281,7 +281,7 @@ MEANT = {
     "run": "; a whole run is Model.simulate", "advance": "; did you mean step?", "do_step": "; did you mean step?",
     "reset": "; restore(saved) goes back to a state that save() has returned",
 }  # fmt: skip
-"""What other tools call what is done here."""
+"""Names of other tools for methods of this class."""
 
 
 def transitions(
@@ -333,7 +333,7 @@ def transitions(
     resting.check(at_rest)
     asked = _Asked(size, checks.names("parameters", parameters), checks.names("outputs", outputs))
     threads = available_cores() if workers is None else checks.whole_number("workers", workers, least=1)
-    # What follows differs from plant to plant; the extension module is asked for the same names of all.
+    # The followed variables differ from plant to plant; the extension module is asked for the same names of all.
     followed = list(dict.fromkeys(name for own in simulations for name in own._followed(asked.parameters)))
     before = [asked.before(own, at_rest) for own in simulations]
     natives = [simulation._native for simulation in simulations]
@@ -346,7 +346,7 @@ def transitions(
 
 @dataclass(frozen=True)
 class _Asked:
-    """What is asked of a step."""
+    """Arguments of a step."""
 
     size: float
     parameters: list[str]

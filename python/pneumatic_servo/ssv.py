@@ -17,7 +17,7 @@ from pneumatic_servo.variables import Value
 COMMON = "http://ssp-standard.org/SSP1/SystemStructureCommon"
 VALUES = "http://ssp-standard.org/SSP1/SystemStructureParameterValues"
 LINEAR = {"factor": "1", "offset": "0"}
-"""How a unit is made of base units, with what holds where nothing is said."""
+"""Base units of a unit, with defaults of omitted ones."""
 
 
 def ssv(name: str, text: str, model: ModelDescription, settings: Mapping[str, Value]) -> str:

@@ -25,7 +25,7 @@ FILLED = (0.0, 0.5)
 """Shares of the supply pressure that chambers are filled by."""
 SUPPLY = "supplyPressure"
 FASTER = tuple(4.0**power for power in range(1, 10))
-"""How many times faster the motions are that are tried for one whose point is not found."""
+"""Largest factor of the faster motions that are tried for one whose point is not found."""
 FASTEST = 10.0
 """Largest speed, in nominal units, of a motion that leads to a slower one."""
 SETTLING_STEP, SETTLING_STEPS = 5e-5, 2000

@@ -186,7 +186,7 @@ def is_quantity(given: object) -> bool:
 
 def magnitude(given: Any, si: str, where: str) -> Any:
     """Return the number, or array of numbers, of a quantity of pint in an SI unit."""
-    # Where the table writes N.s/m and kg/(s.Pa2), pint reads N*s/m and kg/(s*Pa**2).
+    # For N.s/m and kg/(s.Pa2) of the table, pint reads N*s/m and kg/(s*Pa**2).
     name = "" if si == "1" else re.sub(r"(?<=[A-Za-z])(\d)", r"**\1", si.replace(".", "*"))
     try:
         return given.to(name).magnitude

@@ -1,4 +1,4 @@
-// What is wider than the page scrolls by itself; the keyboard reaches it, too.
+// Wide elements scroll by themselves, also by the keyboard.
 "use strict";
 
 (() => {

@@ -105,7 +105,7 @@ for (const { title, file, text, link, play } of FITS) {
     const found = await fitted(page);
     const program = await download(page, "Python");
     await close();
-    // What the data do not tell has an interval without an end, which JSON cannot write.
+    // The interval of a parameter that is not identifiable has no end, which JSON cannot write.
     const shown = "print(json.dumps([[e.value, e.low, min(e.high, 1e300)] for e in found.parameters.values()]))";
     const expected = await valuesOf({ name: file, text: content }, `${program.text}\nimport json\n${shown}\n`);
     assert.equal(found.size, expected.length);

@@ -13,7 +13,7 @@ after(() => browser.close());
 
 const CYLINDER = "PneumaticServoCylinder";
 const RIG = new URL("../../examples/rig.csv", import.meta.url);
-/** What the documentation frees of the rig. */
+/** Estimated parameters of the rig in the documentation. */
 const FREE = ["Fs", "Fc", "vs", "sigma2"].map((name) => `friction.stribeck.${name}`).concat("valve.deadZone", "valve.C");
 const LINK = `#view=fit&experiment=rig&free=${FREE.join("+")}&${CYLINDER}.friction.law=7&${CYLINDER}.supplyPressure=600000`;
 

@@ -1,4 +1,4 @@
-// How a visitor makes a fit.
+// Steps of a visitor's fit.
 import assert from "node:assert/strict";
 
 /** A loaded machine with a browser on two cores needs its time. */

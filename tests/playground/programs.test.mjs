@@ -11,7 +11,7 @@ let browser;
 before(async () => (browser = await launch()));
 after(() => browser.close());
 
-/** How far values may be apart, as a part of the largest: the page and NumPy round sines and times of steps differently. */
+/** Tolerance relative to the largest value: the page and NumPy round sines and times of steps differently. */
 const TOLERANCE = 1e-9;
 
 /**

@@ -1,4 +1,4 @@
-// What a visitor can do, and what he sees.
+// Actions of a visitor, and their effects.
 import assert from "node:assert/strict";
 import { spawnSync } from "node:child_process";
 import { once } from "node:events";
@@ -16,7 +16,7 @@ const fragment = async (page) => {
   await page.waitForTimeout(500); // The address follows with a delay.
   return new URLSearchParams(new URL(page.url()).hash.slice(1));
 };
-/** How many pixels of a chart have colour. */
+/** Number of coloured pixels of a chart. */
 const inked = (page) =>
   page.locator(".plot canvas").evaluateAll((charts) =>
     charts.map((chart) => {
@@ -56,7 +56,7 @@ for (const view of VIEWS) {
   });
 }
 
-// How real time is kept is tested by the clock alone (parts.test.mjs): what a browser gets done depends on the machine.
+// Real time is tested by the clock alone (parts.test.mjs): the speed of a browser depends on the machine.
 test("all time that passes with the law Stribeck is simulated or counted as dropped", async (context) => {
   const { page, close } = await open(browser, `#view=stick-slip&${CYLINDER}.friction.law=7`);
   const begin = { ...(await status(page)), at: performance.now() };
@@ -66,7 +66,7 @@ test("all time that passes with the law Stribeck is simulated or counted as drop
   const simulated = end.time - begin.time;
   const [frames, dropped] = [end.frames - begin.frames, end.dropped - begin.dropped];
   assert.ok(simulated > 0 && frames > 0);
-  // What was dropped counts from the last frame on, and the status is some frames old on a slow machine.
+  // Dropped frames count from the last frame on, and the status is some frames old on a slow machine.
   const lost = passed - simulated - dropped * 1e-3;
   assert.ok(Math.abs(lost) < 1, `${lost} s neither simulated nor counted`);
   const pace = `${frames} frames in 5 s, ${simulated.toFixed(3)} s simulated, ${dropped} steps dropped`;
@@ -335,7 +335,7 @@ test("the charts are a drawing that scales", async () => {
   await close();
 });
 
-/** What the page says once a race is over. */
+/** Message of the page once a race is over. */
 async function raceOver(page) {
   const over = () => /wins?\. You: .* PID: /.test(document.querySelector("output.verdict").textContent);
   await page.waitForFunction(over, null, { timeout: 60_000 });

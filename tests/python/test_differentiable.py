@@ -43,7 +43,7 @@ def plant() -> ps.Model:
 
 
 def test_carriage_breaks_away(plant: ps.Model) -> None:
-    """What is differentiated goes through an event."""
+    """The differentiated run goes through an event."""
     run = plant.simulate(
         GIVEN["given"], inputs={"valveVoltage": (np.arange(STEPS) * 1e-2, voltage()[0])}, stop=0.3, step=1e-2,
         outputs=["sticking"],
@@ -190,7 +190,7 @@ def test_push_and_pull_agree_where_the_voltage_rests(plant: ps.Model, at_rest: s
 
 
 def test_what_has_no_slope_is_named(plant: ps.Model, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Where the plant finds no number, the input and its time, or the parameter."""
+    """Messages name the input and its time, or the parameter, at which the plant finds no number."""
     made = Trajectory(plant, parameters=["valve.C", "mass.moving"], inputs=["valveVoltage"], outputs=["position"],
                       given=None, stop=0.03, step=0.01)  # fmt: skip
     slopes = np.zeros((len(plant.inputs), 3))

@@ -24,7 +24,7 @@ def imported(file: Path, known: Set[str]) -> Iterator[str]:
             case ast.Import(names):
                 yield from (name.name for name in names if name.name in known)
             case ast.ImportFrom(module, names, 0):
-                # What a package is asked for is one of its modules, or something of the package itself.
+                # An imported name is one of the package's modules, or an object of the package itself.
                 asked = [(f"{module}.{name.name}", str(module)) for name in names]
                 yield from (one if one in known else own for one, own in asked if {one, own} & known)
             case ast.ImportFrom():

@@ -34,7 +34,7 @@ LAWS = {"by default": 0, "Dahl": 10, "LuGre": 14}
 
 @pytest.fixture(scope="module")
 def expected(fmu: Path) -> dict[str, list[float]]:
-    """What FMPy finds under each law, chosen by its name.
+    """Results of FMPy under each law, chosen by its name.
 
     After 5 V while initializing, 7 V move the carriage through the middle of its stroke.
     """
@@ -118,7 +118,7 @@ LEFT = 4096
 
 
 class Heap(ctypes.Structure):
-    """What `mallinfo2` of glibc tells of the heap of the main thread."""
+    """Size of the heap of the main thread by `mallinfo2` of glibc."""
 
     _fields_ = [
         ("unused", 4 * ctypes.c_size_t),

@@ -93,7 +93,7 @@ def test_solvers_that_do_not_suit_are_survived(folder: Path, model: str) -> None
     "law", [1, 9, 11, 13, 15, 18], ids=["None", "Polito", "Bristle", "Armstrong", "Leuven", "DNLRX"]
 )
 def test_laws_that_stop_a_solver_often_end_where_the_solver_inside_does(fmu: Path, law: int) -> None:
-    """Those that missed ten times the tolerance at one of seven voltages, at the tightest tolerance."""
+    """Laws that missed ten times the tolerance at one of seven voltages, at the tightest tolerance."""
     start: Start = {"valveVoltage": 6.5, "friction.law": law}
     with Fmu(fmu) as cylinder:
         outcome = cylinder.outside(start, 1e-8, cylinder.inside(start))

@@ -25,12 +25,12 @@ def distance(lift: mujoco_arm.Lift) -> float:
 def test_coupled_arm_moves_as_one_system(way: str, step: float, bound: float) -> None:
     lift = mujoco_arm.driven(way, step)
     assert distance(lift) < bound
-    # It rests and breaks away where the whole system does.
+    # The arm rests and breaks away where the whole system does.
     assert np.array_equal(lift.sticking[9::10], REFERENCE["sticking"])
 
 
 def test_energy_of_the_coupling_is_accounted_for() -> None:
-    """What the cylinder gives is what the arm takes; the error shrinks with the square of the step."""
+    """The cylinder gives the energy that the arm takes; the error shrinks with the square of the step."""
     errors = [abs(lift.given - lift.taken) for lift in (mujoco_arm.driven("mean", step) for step in (1e-3, 2.5e-4))]
     assert errors[0] < 1e-4 and errors[1] < 0.15 * errors[0]
     assert mujoco_arm.driven("mean", 1e-3).taken > 1.0

@@ -26,7 +26,7 @@ def module(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def answer(module: Path, program: str) -> str:
-    """What a program prints that finds the module."""
+    """Output of a program that finds the module."""
     path = os.pathsep.join([str(module), os.environ.get("PYTHONPATH", "")])
     run, environment = [sys.executable, "-W", "error", "-c", program], {**os.environ, "PYTHONPATH": path}
     return subprocess.run(run, env=environment, check=True, text=True, stdout=subprocess.PIPE).stdout

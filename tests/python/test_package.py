@@ -179,7 +179,7 @@ def test_run_that_does_not_fit_into_memory_is_refused(plant: ps.Model) -> None:
 
 def test_variables_are_those_of_the_description(plant: ps.Model, fmu: Path) -> None:
     described = {variable.name: variable for variable in read_model_description(str(fmu)).modelVariables}
-    # Who chooses by name needs no Integers that choose by number.
+    # A choice by name needs no Integers that choose by number.
     numbers = {f"{name}Number" for name, variable in plant.parameters.items() if variable.kind == "enumeration"}
     assert numbers <= set(described)
     # FMI 2.0 needs no variable for the time.

@@ -160,7 +160,7 @@ def test_width_smooths_what_velocities_are_made_from() -> None:
 
 
 class Workers(Executor):
-    """What a fit needs of a Dask client: an executor, here one that does everything at once."""
+    """Interface of a Dask client for a fit: an executor, here one that does everything at once."""
 
     def __init__(self) -> None:
         self.tasks = 0
@@ -227,7 +227,7 @@ def test_ranking_is_written(tmp_path: Path) -> None:
 
 
 def test_environments_keep_how_they_are_drawn() -> None:
-    """What they cannot draw is refused, by its name."""
+    """Modes that they cannot draw are refused by name."""
     for kind, modes in (
         (envs.Positioning, (None, "human", "rgb_array")),
         (envs.VectorPositioning, (None, "rgb_array")),

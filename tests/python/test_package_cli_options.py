@@ -23,7 +23,7 @@ VOLTAGE = {"valveVoltage": ([0.0, 0.1, 0.25], [5.0, 6.5, 4.0])}
 
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Where commands are given, with a table of the voltage."""
+    """Folder of the commands, with a table of the voltage."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / "my.csv").write_text(TABLE, encoding="utf-8")
     return tmp_path
@@ -241,7 +241,7 @@ def expected_fit(file: Path, **arguments: object) -> dict[str, object]:
 
 
 def test_options_of_a_fit_reach_it(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Those whose effect needs other data, by what the package is called with."""
+    """Options whose effect needs other data, by the arguments of the call."""
     called: list[dict[str, object]] = []
     found = ps.fit(bench(), experiment="motion", law="Coulomb", play=0.0, starts=0)
 

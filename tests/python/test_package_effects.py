@@ -45,7 +45,7 @@ def test_value_without_effect_is_told(case: str) -> None:
     with pytest.warns(ps.PlantWarning, match="no effect") as warned:
         changed = ps.Model().simulate(settings, inputs={"valveVoltage": 6.0}, **SHORT)
     assert any(told in str(one.message) for one in warned)
-    # It is right about that: without the last of the settings the run has the same bits.
+    # The message is right: without the last of the settings the run has the same bits.
     same = ps.Model().simulate(dict(list(settings.items())[:-1]), inputs={"valveVoltage": 6.0}, **SHORT)
     assert np.array_equal(changed["position"], same["position"])
 
@@ -70,7 +70,7 @@ def test_set_of_a_whole_rig_may_be_used_in_part() -> None:
         warnings.simplefilter("error", ps.PlantWarning)
         ps.Model().start(rig)
         ps.Model().simulate_many({"mass.moving": [1.0, 1.1]}, common=rig, **QUIET)
-    # What is changed of it, and what is no part of it, is told.
+    # Changed parameters, and names that are none of it, are reported.
     for changed in ({"valve.C": 3e-9}, {"friction.lugre.Fs": 40.0}):
         with pytest.warns(ps.PlantWarning, match=f"^{next(iter(changed))} has no effect"):
             ps.Model().start({**rig, **changed})
@@ -107,7 +107,7 @@ COUNTING: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
 
 @pytest.mark.parametrize("name", COUNTING)
 def test_option_that_is_named_is_the_one_that_makes_it_count(name: str) -> None:
-    """What the texts of effects say is what the plant does: bits change with the option, and with it alone."""
+    """Texts of effects agree with the plant: bits change with the option, and with it alone."""
     value, option = COUNTING[name]
     moving = {"inputs": {"valveVoltage": 9.0}, "stop": 0.3, "step": 1e-3, "outputs": ["chamberA.pressure", "rodForce"]}
     with warnings.catch_warnings():

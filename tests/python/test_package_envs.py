@@ -259,7 +259,7 @@ def test_seeds_are_one_for_all_or_one_for_each() -> None:
     for seed in ([1, 2], [1, 2, 3, 4]):
         with pytest.raises(ValueError, match=f"seed has {len(seed)} numbers, but there are 3 plants"):
             fleet.reset(seed=seed)
-    # What was refused has changed nothing.
+    # A refused step has changed nothing.
     fleet.step(np.zeros((3, 1), dtype=np.float32))
     single = gymnasium.make(NAME).unwrapped
     assert single.reset(seed=np.int64(4))[1]["target"] == expected[0]

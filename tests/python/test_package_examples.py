@@ -18,7 +18,7 @@ import pytest
 from pneumatic_servo import envs, identification
 
 MODULES = (ps, identification, envs)
-"""What users import."""
+"""Names that users import."""
 
 LEFT_OUT = {"pneumatic_servo.__main__"} | ({"pneumatic_servo.torch"} if find_spec("torch") is None else set())
 """The command line, and what needs PyTorch where it is not: it brings gigabytes, and has tests of its own."""

@@ -49,7 +49,7 @@ def test_rest_is_shaded_over_the_whole_panel() -> None:
     assert run["sticking"][0] == 1.0 and shade.get_transform() == axis.get_xaxis_transform()
     ends = shade.get_paths()[0].get_extents()
     assert (ends.y0, ends.y1) == (0.0, 1.0)
-    # It begins with the run, and ends where the mass breaks away.
+    # The figure begins with the run, and ends where the mass breaks away.
     assert ends.x0 == 0.0 and ends.x1 == pytest.approx(run.time[np.flatnonzero(run["sticking"] > 0.5)[-1]], abs=1e-3)
 
 
@@ -70,7 +70,7 @@ def test_each_law_is_drawn_in_each_panel() -> None:
 
 
 def test_samples_of_the_friction_that_are_far_apart_are_dots(run: ps.Run) -> None:
-    """They are joined by a weak line through all samples; the strong one has gaps there, and only there."""
+    """Dots are joined by a weak line through all samples; the strong one has gaps there, and only there."""
     figure = run.plot_friction()
     whole, near = figure.axes
     assert is_styled(figure)

@@ -132,7 +132,7 @@ def test_scaling_keeps_the_poles(plant: ps.Model) -> None:
 
 
 def test_scaled_transfer_is_that_of_nominal_values(plant: ps.Model) -> None:
-    """What an input of one nominal value does to an output, in its nominal values; also where it acts at once."""
+    """Effect of an input of one nominal value on an output, in its nominal values; also where it acts at once."""
     given = {"inputs": ["valveVoltage", "externalForce"], "outputs": ["acceleration", "position"]}
     found = plant.linearise(at=SLIDING, **given)
     assert np.count_nonzero(found.D) == 1, "a force accelerates at once"

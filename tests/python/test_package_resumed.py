@@ -86,7 +86,7 @@ def test_runs_of_another_study_are_refused(case: str) -> None:
 
 
 def test_run_that_failed_is_kept_as_it_is() -> None:
-    """It would fail again."""
+    """A repetition would fail again."""
     many = ps.Model().simulate_many
     earlier = many(progress=False, **GIVEN)
     short = copy.copy(earlier)

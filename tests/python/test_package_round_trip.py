@@ -162,7 +162,7 @@ def test_parquet_of_a_run_is_replayed_and_fitted_as_the_run(plant: ps.Model, run
     found = [ps.fit(data, starts=0, progress=False, **given) for data in (file, run, tmp_path / "run.csv")]
     values = [one.values["valve.C"] for one in found]
     assert values[0] == values[1] == values[2]
-    # It is the run of the default valve, without noise: found but for roundings.
+    # The record is a run of the default valve, without noise: the fit finds it but for rounding.
     assert_close(values[0], plant.parameters["valve.C"].default, rel=1e-14, what="valve.C")
 
 

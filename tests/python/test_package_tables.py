@@ -67,7 +67,7 @@ def test_milliseconds_are_the_seconds_that_they_are_written_as() -> None:
     """Divided by 1000, since 0.001 times 9 is 0.009000000000000001."""
     table = of_frame(pd.DataFrame({"time [ms]": range(1000)}), Path("a"))
     assert table.in_si(0, "ms", "s").tolist() == [float(f"{k}e-3") for k in range(1000)]
-    # What is in no other unit is as it was.
+    # Columns in SI units stay as they were.
     assert table.in_si(0, "s", "s").tolist() == list(range(1000))
 
 

@@ -53,7 +53,7 @@ def unfounded(cells: Any) -> Iterator[str]:
 
 
 def test_texts_say_no_quantity_that_no_cell_has(notebook: Any) -> None:
-    """What stands in a sentence is printed beside it, to the digit, or is a number that a cell is given."""
+    """Numbers in sentences are printed beside them, to the digit, or are given to a cell."""
     assert list(unfounded(notebook.cells)) == []
 
 

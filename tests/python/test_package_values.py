@@ -27,7 +27,7 @@ def plant() -> ps.Model:
 
 
 class Quantity:
-    """What the package asks of a quantity of pint."""
+    """Interface of a quantity of pint that the package uses."""
 
     def __init__(self, magnitude: object, factor: float) -> None:
         self.magnitude, self.units, self._factor = magnitude, "bar", factor

@@ -30,7 +30,7 @@ README = (Path(__file__).parents[2] / "python" / "README.md").read_text(encoding
 
 
 def brought(requirements: Iterable[str], known: Mapping[str, float]) -> dict[str, float]:
-    """What requirements bring besides what is known, with the MB of each as it is installed here."""
+    """Packages that requirements add, with the MB of each as it is installed here."""
     found = dict(known)
     for text in requirements:
         requirement = Requirement(text)

@@ -32,7 +32,7 @@ def signal(definition: Any, time: float) -> float:
 
 
 def rows_of(fmu: Path, case: dict[str, Any], tolerance: float) -> tuple[NDArray, NDArray]:
-    """What is found and what is expected, of shape (columns, rows)."""
+    """Found and expected values, of shape (columns, rows)."""
     with (FOLDER / case["file"]).open(newline="") as stream:
         rows = [{name: float(value) for name, value in row.items()} for row in csv.DictReader(stream)]
     step, per_row = case["communicationStep"], round(case["outputStep"] / case["communicationStep"])

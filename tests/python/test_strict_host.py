@@ -42,7 +42,7 @@ OPTIONS: dict[str, dict[str, float]] = {
     },
     **{f"scheme {scheme}": {"solver.scheme": scheme} for scheme in (2, 3, 4, 5)},
 }
-"""What the cylinder can have besides, each with the law GMS, whose states are the most."""
+"""Options of the cylinder, each with the law GMS, which has the most states."""
 
 pytestmark = pytest.mark.skipif(platform.libc_ver()[0] != "glibc", reason="stacks and traps need glibc")
 
@@ -92,7 +92,7 @@ def packed(fmus: Path, tmp_path_factory: pytest.TempPathFactory) -> dict[tuple[s
 
 
 def setting(packed: Packed, name: str, value: float) -> str:
-    """How the host is told of a parameter."""
+    """Line for the host that sets a parameter."""
     variable = packed.variables[name]
     letter = {"Real": "r", "Float64": "r", "Boolean": "b"}.get(variable.type, "e" if packed.version == 3 else "i")
     if variable.type in ("Integer", "Int32"):

@@ -1,4 +1,4 @@
-"""What an actuator is: a valve, a regulator, a pair of switching valves."""
+"""An actuator: a valve, a regulator, a pair of switching valves."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from gas import Gas, Stream
 
 
 class Actuator(ABC):
-    """What exchanges air with the chambers; it has two states."""
+    """Actuator between supply and chambers; it has two states."""
 
     units: tuple[float, float]
 
@@ -17,14 +17,14 @@ class Actuator(ABC):
 
     @abstractmethod
     def command(self, voltage: float, time: float) -> float:
-        """What a voltage sampled at a time tells the actuator to do."""
+        """Command of the actuator by a voltage sampled at a time."""
 
     def kinks(self, begin: float, end: float) -> list[float]:
         """Times between two where the flows have a kink."""
         return []
 
     def at(self, time: float, state: list[float]) -> list[float]:
-        """What sets the flows at a time: the states, unless they follow from the time."""
+        """Opening at a time: the states, unless they follow from the time."""
         return state
 
     @abstractmethod

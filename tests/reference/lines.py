@@ -19,7 +19,7 @@ COLUMNS = 3
 
 @dataclass(frozen=True)
 class Restriction:
-    """What is between the end of a hose and its chamber: a one-way flow control, a cushion, or both.
+    """Restriction between the end of a hose and its chamber: a one-way flow control, a cushion, or both.
 
     A check valve opens with the difference of the pressures, and is open from 0.5 % of it on.
     """
@@ -79,7 +79,7 @@ class Hose:
         return Gas(pressure, self.temperature)
 
     def outflow(self, states: list[float], chamber: Gas, distance: float) -> Stream:
-        """What flows from the hose into the chamber."""
+        """Flow from the hose into the chamber."""
         if self.restriction is not None:
             return self.restriction.stream(self.gas(states, COLUMNS), chamber, distance)
         flow = self._passing(states, chamber)[-1]
@@ -101,19 +101,19 @@ class Hose:
         return pressures + ([chamber.pressure] if self.restriction is None else [])
 
     def _choked(self, flow: float, before: float, after: float) -> float:
-        """What of a flow is not faster than sound in the volume that it leaves."""
+        """A flow limited to the speed of sound in the volume that it leaves."""
         source = before if flow > 0.0 else after
         return math.copysign(min(abs(flow), self.area * source / self._sound), flow)
 
     def _passing(self, states: list[float], chamber: Gas) -> list[float]:
-        """What passes each column: its flow, and what sound brings across the hose in the time of its width."""
+        """Flow of each column: its own, and the part that sound brings across the hose in the time of its width."""
         flows, pressures = states[len(self.volumes) :], self._pressures(states, chamber)
         rates = self._accelerations(states, chamber)
         ends = zip(flows, rates, pairwise(pressures), strict=True)
         return [self._choked(flow + self.diameter / self._sound * rate, *own) for flow, rate, own in ends]
 
     def _accelerations(self, states: list[float], chamber: Gas) -> list[float]:
-        """What a column has beyond the speed of sound it loses in the time that sound takes across the hose."""
+        """Rate by which a column loses its excess over the speed of sound, in the time of sound across the hose."""
         flows, pressures = states[len(self.volumes) :], self._pressures(states, chamber)
         return [
             self._acceleration(flow, *own) - (flow - self._choked(flow, *own)) * self._sound / self.diameter

@@ -217,7 +217,7 @@ class Plant:
         )
 
     def inertia(self, x: float) -> float:
-        """What the forces accelerate, in kg, at a position."""
+        """Accelerated mass in kg at a position."""
         return self.mass
 
     def friction_level(self, x: float, a: Gas, b: Gas) -> float:
@@ -294,7 +294,7 @@ class Plant:
         distance: float,
         rates: list[float],
     ) -> list[Stream]:
-        """What enters a chamber of what the valve gives; adds the rates of the hose to ``rates``."""
+        """Flow into a chamber from the valve's flow; adds the rates of the hose to ``rates``."""
         if line is None:
             return streams
         out = line.outflow(states, chamber, distance)

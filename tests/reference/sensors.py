@@ -25,7 +25,7 @@ FOLDER = Path(__file__).resolve().parent
 TOLERANCE = 1e-11
 COARSE_TOLERANCE = 1e-9
 QUANTITIES = {"position": 1e-2, "pressureA": 1e5, "pressureB": 1e5, "force": 1.0}
-"""What is measured, and its natural size."""
+"""Measured quantities, and their natural size."""
 FAULTS = ("offset", "lag", "resolution", "sampleTime")
 LATE = 1e-9
 """Times in s closer than this are one: sums of steps differ by rounding from multiples of them."""
@@ -100,7 +100,7 @@ class MeasuredRun(Run):
         super().start()
 
     def quantities(self, time: float) -> dict[str, float]:
-        """What is measured, at a time counted from the last sample of the inputs."""
+        """Measured quantities, at a time counted from the last sample of the inputs."""
         return self._measured(time, self._state, super()._rates(time, self._state)[1])
 
     def lagged(self) -> dict[str, float]:

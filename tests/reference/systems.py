@@ -133,7 +133,7 @@ class Slider(System):
         return self._vd / self._w * math.sin(self._w * t), self._vd * math.cos(self._w * t)
 
     def _applied(self, t: float) -> float:
-        """What friction has to bring up to take the slider along."""
+        """Friction force that takes the slider along."""
         return self.externalForce + self._m * self._vd * self._w * math.sin(self._w * t)
 
     def rates(self, t: float, y: Vector) -> Sequence[float]:
@@ -269,7 +269,7 @@ class Festoon(System):
         return m * length * math.cos(angle), force, torque
 
     def _applied(self, y: Vector, i: int) -> float:
-        """What friction has to balance on a trolley at rest."""
+        """Friction force that balances a trolley at rest."""
         coupling, force, torque = self._swing(y, i)
         return force - coupling * torque / (self._p["load.mass"] * self._p["load.length"] ** 2)
 

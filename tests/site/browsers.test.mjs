@@ -20,7 +20,7 @@ const PAGE = `${pathToFileURL(path.join(SITE, "playground.html")).href}?embedded
 const LANDING = pathToFileURL(path.join(SITE, "index.html")).href;
 /** In s of the plant's time. */
 const RUNS = 0.2;
-/** What is asked of the page: how far the plant has come, or nothing. */
+/** Query of the page: the plant's time, or nothing. */
 const TIME = 'return Number(document.querySelector("[data-status]")?.dataset.time ?? NaN)';
 
 /** Asks until a plant has moved. */

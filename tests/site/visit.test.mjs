@@ -1,4 +1,4 @@
-// What a visitor finds, in Chromium.
+// Pages of the site, as a visitor finds them in Chromium.
 import assert from "node:assert/strict";
 import { readFileSync, statSync } from "node:fs";
 import { fileURLToPath } from "node:url";
@@ -31,7 +31,7 @@ let browser;
 before(async () => (browser = await launch()));
 after(() => browser.close());
 
-/** What axe finds that keeps people out. */
+/** Serious findings of axe. */
 async function findings(page) {
   await page.evaluate(AXE);
   const { violations } = await page.evaluate(() => globalThis.axe.run(document, { resultTypes: ["violations"], iframes: false, preload: false }));
@@ -86,7 +86,7 @@ test("the plant runs on the landing page, in its colours and without a bar to sc
   await close();
 });
 
-/** What is searched for, and the page that comes first: words of the field that stand there, and words that do not. */
+/** Searches and the page that comes first: words of the field, in the text or not. */
 const FIRST = [
   ["stiction", "docs/friction-laws.html"],
   ["hunting", "docs/friction-laws.html"],

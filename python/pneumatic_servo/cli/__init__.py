@@ -114,7 +114,7 @@ def _show(message: Warning | str, *_: object, **__: object) -> None:
 
 def _unread() -> int:
     """End quietly, as programs in a pipe do whose reader has seen enough, for example `head`."""
-    # What is still to be printed goes nowhere; Python would complain of it at its end.
+    # The remaining output goes nowhere; Python would complain of it at its end.
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     return 141
 

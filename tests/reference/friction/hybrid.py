@@ -1,4 +1,4 @@
-"""What a friction law is made of: regimes and their ends."""
+"""A friction law as regimes and their ends."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 
 class Contact(NamedTuple):
-    """What a friction law sees of the mass at one instant."""
+    """State of the mass for a friction law at one instant."""
 
     x: float
     v: float

@@ -105,7 +105,7 @@ class LeuvenSliding(Regime):
         return (*self.turning_points, TurningPoint(c.z[0], self.hysteresis(c)))
 
     def _loop_closure(self) -> float:
-        """Where the current branch meets the one it came from: its start or the virgin curve."""
+        """Point at which the current branch meets the one before: its start or the virgin curve."""
         if len(self.turning_points) > 1:
             return self.turning_points[-2].z
         return -self.turning_points[0].z

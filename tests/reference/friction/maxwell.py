@@ -21,7 +21,7 @@ class MaxwellElements(ABC):
 
     @abstractmethod
     def reserve(self, c: Contact, direction: int, element: int) -> float:
-        """What a stuck element can still take before it slips."""
+        """Remaining force of a stuck element before it slips."""
 
     def law(self) -> Law:
         stuck = (False,) * len(self.stiffness)
