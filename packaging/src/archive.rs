@@ -10,7 +10,7 @@ use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipArchive, ZipWriter};
 
 use crate::files;
-use crate::moment::Moment;
+use crate::timestamp::Timestamp;
 
 /// The files of an FMU, sorted by their path.
 #[derive(Default)]
@@ -32,10 +32,10 @@ impl Compressed {
     /// Compresses a program.
     ///
     /// # Errors
-    /// When the moment cannot be stored or the program is too large for the format.
-    pub fn program(contents: &[u8], moment: Moment) -> Result<Self> {
+    /// When the timestamp cannot be stored or the program is too large for the format.
+    pub fn program(contents: &[u8], timestamp: Timestamp) -> Result<Self> {
         let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
-        zip.start_file("program", options(moment)?.unix_permissions(PROGRAM))?;
+        zip.start_file("program", options(timestamp)?.unix_permissions(PROGRAM))?;
         zip.write_all(contents)?;
         Ok(Self(zip.finish()?.into_inner().into()))
     }
@@ -46,9 +46,9 @@ const PROGRAM: u32 = 0o755;
 const DOCUMENT: u32 = 0o644;
 
 /// Options of stored files.
-fn options(moment: Moment) -> Result<SimpleFileOptions> {
+fn options(timestamp: Timestamp) -> Result<SimpleFileOptions> {
     let options = SimpleFileOptions::default().compression_method(CompressionMethod::Deflated);
-    Ok(options.compression_level(Some(9)).last_modified_time(moment.in_archive()?))
+    Ok(options.compression_level(Some(9)).last_modified_time(timestamp.in_archive()?))
 }
 
 impl Archive {
@@ -77,9 +77,9 @@ impl Archive {
     /// The bytes of the archive.
     ///
     /// # Errors
-    /// When the moment cannot be stored or a file is too large for the format.
-    pub fn bytes(&self, moment: Moment) -> Result<Vec<u8>> {
-        let common = options(moment)?;
+    /// When the timestamp cannot be stored or a file is too large for the format.
+    pub fn bytes(&self, timestamp: Timestamp) -> Result<Vec<u8>> {
+        let common = options(timestamp)?;
         let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
         for (path, entry) in &self.files {
             match entry {
@@ -103,8 +103,8 @@ impl Archive {
     ///
     /// # Errors
     /// As [`Archive::bytes`], or when the file cannot be written.
-    pub fn write(&self, file: &Path, moment: Moment) -> Result<()> {
-        files::write(file, self.bytes(moment)?)
+    pub fn write(&self, file: &Path, timestamp: Timestamp) -> Result<()> {
+        files::write(file, self.bytes(timestamp)?)
     }
 }
 
@@ -116,13 +116,13 @@ mod tests {
 
     #[test]
     fn entries_are_sorted_and_bytes_repeat() -> Result<()> {
-        let moment = Moment::of_source(Path::new(env!("CARGO_MANIFEST_DIR")))?;
+        let timestamp = Timestamp::of_source(Path::new(env!("CARGO_MANIFEST_DIR")))?;
         let build = |paths: &[&str]| -> Result<Vec<u8>> {
             let mut archive = Archive::default();
             for path in paths {
                 archive.add(path, path.as_bytes())?;
             }
-            archive.bytes(moment)
+            archive.bytes(timestamp)
         };
         let bytes = build(&["modelDescription.xml", "binaries/linux64/Model.so"])?;
         assert_eq!(bytes, build(&["binaries/linux64/Model.so", "modelDescription.xml"])?);
@@ -143,7 +143,7 @@ mod tests {
 
     #[test]
     fn a_program_that_was_compressed_before_gives_the_same_bytes() -> Result<()> {
-        let moment = Moment::of_source(Path::new(env!("CARGO_MANIFEST_DIR")))?;
+        let timestamp = Timestamp::of_source(Path::new(env!("CARGO_MANIFEST_DIR")))?;
         let program: Vec<u8> =
             (0..100_000_u32).flat_map(|number| (number.wrapping_mul(number) / 7).to_le_bytes()).collect();
         let path = "binaries/linux64/Model.so";
@@ -152,8 +152,8 @@ mod tests {
             archive.add("modelDescription.xml", "<a/>")?;
         }
         one.add(path, program.clone())?;
-        other.add_compressed(path, Compressed::program(&program, moment)?)?;
-        assert!(one.bytes(moment)? == other.bytes(moment)?);
+        other.add_compressed(path, Compressed::program(&program, timestamp)?)?;
+        assert!(one.bytes(timestamp)? == other.bytes(timestamp)?);
         Ok(())
     }
 }

@@ -10,7 +10,7 @@
 //! | [`description`], [`documentation`], [`parameter_sets`], [`licences`] | the other files of an FMU |
 //! | [`ssp`] | cylinder and controller as one system |
 //! | [`sources`] | sources in C (feature `sources`) |
-//! | [`archive`], [`moment`] | archives that are the same for the same commit |
+//! | [`archive`], [`timestamp`] | archives that are the same for the same commit |
 //! | [`experiment`] | the default experiment of a model, here and in an importer, bit for bit |
 //! | [`venv`], [`process`], [`tools`], [`files`], [`lock`], [`platform`] | Python environments, programs, tools, files, platforms |
 //!
@@ -28,7 +28,6 @@ pub mod gates;
 pub mod library;
 pub mod licences;
 pub mod lock;
-pub mod moment;
 mod own;
 pub mod package;
 pub mod parameter_sets;
@@ -37,6 +36,7 @@ pub mod process;
 pub mod product;
 pub mod sources;
 pub mod ssp;
+pub mod timestamp;
 pub mod tools;
 pub mod venv;
 pub mod workspace;

@@ -11,9 +11,9 @@ use crate::build;
 use crate::description::Version;
 use crate::files;
 use crate::gates::{self, Reach};
-use crate::moment::Moment;
 use crate::platform::{Binary, Platform};
 use crate::process::heading;
+use crate::timestamp::Timestamp;
 use crate::tools;
 use crate::workspace::Workspace;
 
@@ -96,11 +96,11 @@ impl Library {
     ///
     /// # Errors
     /// When it is too large for the format.
-    pub fn compressed(&self, moment: Moment) -> Result<Compressed> {
+    pub fn compressed(&self, timestamp: Timestamp) -> Result<Compressed> {
         if let Some(compressed) = self.compressed.get() {
             return Ok(compressed.clone());
         }
-        let compressed = Compressed::program(&self.bytes, moment)?;
+        let compressed = Compressed::program(&self.bytes, timestamp)?;
         Ok(self.compressed.get_or_init(|| compressed).clone())
     }
 

@@ -125,7 +125,7 @@ fn run_loop(of: &Crate, options: &LoopOptions) -> Result<()> {
         let module = wasm::of_loop(&workspace, options.stack, &options.features)?;
         let folder = workspace.target.join("loop").join(model.name);
         files::renew(&folder)?;
-        for (name, text) in sources::of_loop(&workspace, model, &module)?.files {
+        for (name, text) in sources::loop_sources(&workspace, model, &module)?.files {
             files::write(&folder.join(name), text)?;
         }
         println!("{}", folder.display());

@@ -15,12 +15,12 @@ use crate::experiment::{self, Run};
 use crate::files;
 use crate::library::{self, Library};
 use crate::licences;
-use crate::moment::Moment;
 use crate::parameter_sets;
 use crate::platform::{Binary, Platform, Platforms};
 use crate::process::{self, heading};
 use crate::sources::{self, Size, Sources};
 use crate::ssp;
+use crate::timestamp::Timestamp;
 use crate::tools;
 use crate::venv::{Requirements, Venv};
 use crate::workspace::Workspace;
@@ -164,14 +164,14 @@ pub fn join(workspace: &Workspace, libraries: &[Library]) -> Result<()> {
 fn join_with(workspace: &Workspace, libraries: &[Library], modules: &BTreeMap<&str, Vec<u8>>) -> Result<()> {
     for model in workspace.product.models {
         let module = modules.get(model.name);
-        let sources = |version| module.map(|module| sources::of(workspace, model, &[version], module)).transpose();
+        let sources = |version| module.map(|module| sources::sources(workspace, model, &[version], module)).transpose();
         for fmu in write(workspace, model, libraries, sources, &workspace.fmus())? {
             println!("{} ({} KiB)", fmu.display(), std::fs::metadata(&fmu)?.len().div_ceil(1024));
         }
     }
     if workspace.product.has_system() {
-        let moment = Moment::of_source(&workspace.root)?;
-        println!("{}", ssp::write(&workspace.fmus(), &workspace.descriptions(), moment)?.display());
+        let timestamp = Timestamp::of_source(&workspace.root)?;
+        println!("{}", ssp::write(&workspace.fmus(), &workspace.descriptions(), timestamp)?.display());
     }
     Ok(())
 }
@@ -187,15 +187,15 @@ pub fn write(
     sources: impl Fn(Version) -> Result<Option<Sources>>,
     folder: &Path,
 ) -> Result<Vec<PathBuf>> {
-    let moment = Moment::of_source(&workspace.root)?;
+    let timestamp = Timestamp::of_source(&workspace.root)?;
     let licences = licences::files(workspace)?;
     let experiment = documentation::experiment(model)?;
     let write = |version: Version| {
-        let mut archive = contents(workspace, model, version, (libraries, sources(version)?), &licences, moment)?;
+        let mut archive = contents(workspace, model, version, (libraries, sources(version)?), &licences, timestamp)?;
         archive
             .add("documentation/index.html", documentation::page(model, version, &workspace.product, &experiment)?)?;
         let fmu = folder.join(version.folder()).join(format!("{}.fmu", model.name));
-        archive.write(&fmu, moment)?;
+        archive.write(&fmu, timestamp)?;
         Ok(fmu)
     };
     Version::ALL.into_iter().map(write).collect()
@@ -208,14 +208,14 @@ fn contents(
     version: Version,
     (libraries, sources): (&[Library], Option<Sources>),
     licences: &BTreeMap<String, String>,
-    moment: Moment,
+    timestamp: Timestamp,
 ) -> Result<Archive> {
     let mut archive = Archive::default();
     let product = &workspace.product;
     let (files, sources) = sources.map(|sources| (sources.files, sources.compiled)).unwrap_or_default();
     let stamp = Stamp {
         guid: guid_of_source(model, product.source.as_deref()),
-        date: moment.iso(),
+        date: timestamp.iso(),
         version: product.version.clone(),
         licence: product.licence.clone(),
         sources,
@@ -228,7 +228,7 @@ fn contents(
         let extension = library.platform.extension();
         for folder in library.folders(version) {
             let path = format!("binaries/{folder}/{}.{extension}", model.name);
-            archive.add_compressed(&path, library.compressed(moment)?)?;
+            archive.add_compressed(&path, library.compressed(timestamp)?)?;
         }
     }
     for (name, text) in licences {
@@ -236,7 +236,7 @@ fn contents(
     }
     for set in parameter_sets::of(model, &product.parts)? {
         archive.add(&format!("resources/{}.json", set.name), set.json()?)?;
-        archive.add(&format!("resources/{}.ssv", set.name), set.ssv(moment)?)?;
+        archive.add(&format!("resources/{}.ssv", set.name), set.ssv(timestamp)?)?;
     }
     let [png, svg] = ["png", "svg"].map(|extension| product.parts.read(&format!("icons/{}.{extension}", model.name)));
     let (png, svg) = (png?, svg?);

@@ -13,8 +13,8 @@ use serde_json::{Map, Value, json};
 
 use crate::description::TOOL;
 use crate::files;
-use crate::moment::Moment;
 use crate::product::Parts;
+use crate::timestamp::Timestamp;
 
 /// Values for some variables of a model or of a system of models.
 pub struct ParameterSet {
@@ -107,8 +107,8 @@ impl ParameterSet {
     ///
     /// # Errors
     /// When the text cannot be written.
-    pub fn ssv(&self, moment: Moment) -> Result<String> {
-        Ok(document(|xml| self.write(xml, "", moment))?)
+    pub fn ssv(&self, timestamp: Timestamp) -> Result<String> {
+        Ok(document(|xml| self.write(xml, "", timestamp))?)
     }
 
     /// Adds the start value of a variable under a name of its own.
@@ -124,7 +124,7 @@ impl ParameterSet {
     }
 
     /// The element of SSV with the values whose names start with `prefix`, which is left out.
-    pub fn write(&self, xml: &mut Xml, prefix: &str, moment: Moment) -> io::Result<()> {
+    pub fn write(&self, xml: &mut Xml, prefix: &str, timestamp: Timestamp) -> io::Result<()> {
         let parameters = self.values.iter().filter_map(|given| {
             let name = given.variable.name.strip_prefix(prefix)?;
             Some(Parameter::new(name, &given.variable, given.number))
@@ -132,7 +132,7 @@ impl ParameterSet {
         let parameters = parameters.collect::<Result<_, _>>().map_err(io::Error::other)?;
         let parts = [Some(&self.description), self.source.as_ref(), self.experiment.as_ref()];
         let description = parts.into_iter().flatten().map(String::as_str).collect::<Vec<_>>().join("; ");
-        let time = moment.iso();
+        let time = timestamp.iso();
         ssp::ParameterSet { name: &self.name, description: &description, tool: TOOL, time: Some(&time), parameters }
             .write(xml)
     }
@@ -226,7 +226,7 @@ mod tests {
         assert!(set.has("line") && !set.has("supplyPressure"));
         let written: Value = serde_json::from_str(&set.json()?)?;
         assert_eq!(written["values"], json!({ "mass.moving": 0.88, "line": 6.5e5 }));
-        let ssv = set.ssv(Moment::of_source(Path::new(env!("CARGO_MANIFEST_DIR")))?)?;
+        let ssv = set.ssv(Timestamp::of_source(Path::new(env!("CARGO_MANIFEST_DIR")))?)?;
         assert!(
             ssv.contains("<ssv:Parameter name=\"line\">\n      <ssv:Real value=\"650000.0\" unit=\"Pa\"/>"),
             "{ssv}"
@@ -238,7 +238,7 @@ mod tests {
     fn values_keep_their_bits_and_units() -> Result<()> {
         let values = json!({ "friction.law": "LuGre", "friction.lugre.sigma0": 1234.1, "valve.polarity": -1 });
         let set = read(values)?;
-        let ssv = set.ssv(Moment::of_source(Path::new(env!("CARGO_MANIFEST_DIR")))?)?;
+        let ssv = set.ssv(Timestamp::of_source(Path::new(env!("CARGO_MANIFEST_DIR")))?)?;
         assert!(ssv.contains(r#"<ssv:Enumeration value="LuGre"/>"#), "{ssv}");
         assert!(ssv.contains(r#"<ssv:Real value="1234.1" unit="N/m"/>"#), "{ssv}");
         assert!(ssv.contains(r#"<ssv:Integer value="-1"/>"#), "{ssv}");

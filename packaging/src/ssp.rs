@@ -13,8 +13,8 @@ use pneumatic_servo_ssp::{COMMON, units, write_units};
 use crate::archive::Archive;
 use crate::description::TOOL;
 use crate::files;
-use crate::moment::Moment;
 use crate::parameter_sets::{self, ParameterSet};
+use crate::timestamp::Timestamp;
 
 /// The name of the system.
 pub const NAME: &str = "PneumaticServoDrive";
@@ -77,23 +77,23 @@ fn sets(sources: &Path) -> Result<Vec<ParameterSet>> {
 ///
 /// # Errors
 /// When a file cannot be read or written.
-pub fn write(fmus: &Path, sources: &Path, moment: Moment) -> Result<PathBuf> {
+pub fn write(fmus: &Path, sources: &Path, timestamp: Timestamp) -> Result<PathBuf> {
     let sets = sets(sources)?;
     let mut archive = Archive::default();
-    archive.add("SystemStructure.ssd", description(Variant::System, moment)?)?;
+    archive.add("SystemStructure.ssd", description(Variant::System, timestamp)?)?;
     for set in &sets {
         let variant = Variant::Components(set);
-        archive.add(&format!("{}.ssd", variant.file()), description(variant, moment)?)?;
+        archive.add(&format!("{}.ssd", variant.file()), description(variant, timestamp)?)?;
     }
     for (_, model) in COMPONENTS {
         archive.add(&format!("resources/{model}.fmu"), files::read(fmus.join(format!("{model}.fmu")))?)?;
     }
     for set in &sets {
-        archive.add(&format!("resources/{}.ssv", set.name), set.ssv(moment)?)?;
+        archive.add(&format!("resources/{}.ssv", set.name), set.ssv(timestamp)?)?;
     }
     archive.add("resources/reference.csv", files::read(sources.join("reference.csv"))?)?;
     let file = fmus.join(format!("{NAME}.ssp"));
-    archive.write(&file, moment)?;
+    archive.write(&file, timestamp)?;
     Ok(file)
 }
 
@@ -170,7 +170,7 @@ impl Variant<'_> {
 }
 
 /// An SSD file.
-fn description(variant: Variant, moment: Moment) -> Result<String> {
+fn description(variant: Variant, timestamp: Timestamp) -> Result<String> {
     let mut connections = Connection::all()?;
     if let Variant::Components(_) = variant {
         connections.retain(|connection| connection.start.component.is_some() && connection.end.component.is_some());
@@ -185,7 +185,7 @@ fn description(variant: Variant, moment: Moment) -> Result<String> {
         .with("description", "Pneumatic servo cylinder with a position controller")
         .with("license", env!("CARGO_PKG_LICENSE"))
         .with("generationTool", TOOL)
-        .with("generationDateAndTime", &moment.iso());
+        .with("generationDateAndTime", &timestamp.iso());
     Ok(document(|xml| {
         root.contain(xml, |xml| {
             Element::new("ssd:System").with("name", NAME).contain(xml, |xml| {
@@ -208,7 +208,7 @@ fn description(variant: Variant, moment: Moment) -> Result<String> {
                                 geometry(place).write(xml)?;
                                 match variant {
                                     Variant::System => Ok(()),
-                                    Variant::Components(set) => binding(xml, name, set, moment),
+                                    Variant::Components(set) => binding(xml, name, set, timestamp),
                                 }
                             })
                     })
@@ -254,14 +254,15 @@ fn connectors(xml: &mut Xml, connections: &[Connection], component: Option<&str>
 }
 
 /// The values of a set for a component, written out.
-fn binding(xml: &mut Xml, component: &str, set: &ParameterSet, moment: Moment) -> io::Result<()> {
+fn binding(xml: &mut Xml, component: &str, set: &ParameterSet, timestamp: Timestamp) -> io::Result<()> {
     let prefix = format!("{component}.");
     if !set.has(&prefix) {
         return Ok(());
     }
     Element::new("ssd:ParameterBindings").contain(xml, |xml| {
-        Element::new("ssd:ParameterBinding")
-            .contain(xml, |xml| Element::new("ssd:ParameterValues").contain(xml, |xml| set.write(xml, &prefix, moment)))
+        Element::new("ssd:ParameterBinding").contain(xml, |xml| {
+            Element::new("ssd:ParameterValues").contain(xml, |xml| set.write(xml, &prefix, timestamp))
+        })
     })
 }
 
@@ -374,13 +375,13 @@ mod tests {
     #[test]
     fn every_description_has_a_name_of_its_own_and_one_set_of_parameters_at_a_place() -> Result<()> {
         let sources = Path::new(env!("CARGO_MANIFEST_DIR")).join("../modelDescription");
-        let moment = Moment::of_source(&sources)?;
+        let timestamp = Timestamp::of_source(&sources)?;
         let sets = sets(&sources)?;
         let variants = [Variant::System].into_iter().chain(sets.iter().map(Variant::Components)).collect::<Vec<_>>();
         let names: std::collections::BTreeSet<_> = variants.iter().map(|variant| variant.name()).collect();
         assert_eq!(names.len(), variants.len());
         for variant in variants {
-            let text = description(variant, moment)?;
+            let text = description(variant, timestamp)?;
             assert_eq!(text.matches("<ssd:ParameterBinding").count(), 2, "one section, one binding: {text}");
             assert_eq!(text.matches("<oms:FixedStepMaster").count(), 1);
         }
@@ -403,7 +404,7 @@ mod tests {
     #[test]
     fn descriptions_have_the_connections_and_values_that_their_hosts_know() -> Result<()> {
         let sources = Path::new(env!("CARGO_MANIFEST_DIR")).join("../modelDescription");
-        let (moment, sets) = (Moment::of_source(&sources)?, sets(&sources)?);
+        let (timestamp, sets) = (Timestamp::of_source(&sources)?, sets(&sources)?);
         let inner = [
             r#"<ssd:Connection startElement="controller" startConnector="valveVoltage" endElement="plant" endConnector="valveVoltage"/>"#,
             r#"<ssd:Connection startElement="plant" startConnector="position" endElement="controller" endConnector="position"/>"#,
@@ -413,11 +414,11 @@ mod tests {
             r#"<ssd:Connection startConnector="referencePosition" endElement="controller" endConnector="referencePosition"/>"#,
             r#"<ssd:Connection startElement="plant" startConnector="chamberA.pressure" endConnector="pressureA"/>"#,
         ];
-        let system = description(Variant::System, moment)?;
+        let system = description(Variant::System, timestamp)?;
         assert_eq!(system.matches("<ssd:Connection ").count(), 12, "{system}");
         assert!(inner.iter().chain(&outer).all(|connection| system.contains(connection)), "{system}");
         assert!(!system.contains("ssv:"), "its values are in a file of their own");
-        let components = description(Variant::Components(&sets[0]), moment)?;
+        let components = description(Variant::Components(&sets[0]), timestamp)?;
         assert_eq!(components.matches("<ssd:Connection ").count(), 3, "{components}");
         assert!(inner.iter().all(|connection| components.contains(connection)), "{components}");
         let (_, parts) = components.split_once("<ssd:Component name=\"controller\"").context("a controller")?;
@@ -434,7 +435,7 @@ mod tests {
         for (_, model) in COMPONENTS {
             files::write(&folder.join(format!("{model}.fmu")), model)?;
         }
-        let file = write(&folder, &sources, Moment::of_source(&sources)?)?;
+        let file = write(&folder, &sources, Timestamp::of_source(&sources)?)?;
         assert_eq!(file, folder.join("PneumaticServoDrive.ssp"));
         let mut archive = zip::ZipArchive::new(std::fs::File::open(&file)?)?;
         let mut names = archive.file_names().collect::<Result<Vec<_>, _>>()?;
@@ -460,7 +461,7 @@ mod tests {
     fn inputs_of_the_system_start_at_the_start_values_of_what_they_drive() -> Result<()> {
         let sources = Path::new(env!("CARGO_MANIFEST_DIR")).join("../modelDescription");
         for set in sets(&sources)? {
-            let ssv = set.ssv(Moment::of_source(&sources)?)?;
+            let ssv = set.ssv(Timestamp::of_source(&sources)?)?;
             let start = "<ssv:Parameter name=\"referencePosition\">\n      <ssv:Real value=\"0.25\" unit=\"m\"/>";
             assert!(ssv.contains(start), "{ssv}");
         }

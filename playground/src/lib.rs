@@ -4,9 +4,9 @@
 //! checked first, because a panic would end the page.
 
 mod error;
-mod face;
+mod exports;
 mod fit;
-mod place;
+mod index;
 mod session;
 mod ssv;
 mod tables;

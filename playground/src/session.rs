@@ -5,7 +5,7 @@ use pneumatic_servo::model::{Model, Setup};
 use pneumatic_servo::models;
 
 use crate::CallError;
-use crate::place::{no_such, of_place};
+use crate::index::{item, no_such};
 use crate::ssv::ssv;
 
 /// Numbers in the buffer.
@@ -36,7 +36,7 @@ impl Session {
         let model: &'static Model = models::ALL.get(model).ok_or(no_such("model", model))?;
         let mut setup = Setup::new(model);
         for pair in self.numbers(count)?.chunks_exact(2) {
-            let variable = of_place(model.table(), "variable", pair[0])?;
+            let variable = item(model.table(), "variable", pair[0])?;
             setup.change(&variable.name, pair[1])?;
         }
         let plant = setup.start(0.0)?;
@@ -52,7 +52,7 @@ impl Session {
         self.numbers(count)?;
         let (plant, buffer) = self.plant(slot)?;
         for pair in buffer[..count].chunks_exact(2) {
-            let variable = of_place(plant.table(), "variable", pair[0])?;
+            let variable = item(plant.table(), "variable", pair[0])?;
             plant.set(&variable.name, pair[1])?;
         }
         Ok(())
@@ -78,7 +78,7 @@ impl Session {
         self.numbers(count)?;
         let (plant, buffer) = self.plant(slot)?;
         for number in &mut buffer[..count] {
-            let variable = of_place(plant.table(), "variable", *number)?;
+            let variable = item(plant.table(), "variable", *number)?;
             *number = plant.get(&variable.name)?;
         }
         Ok(())

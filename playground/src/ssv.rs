@@ -4,7 +4,7 @@ use pneumatic_servo::models;
 use pneumatic_servo_ssp::{Parameter, ParameterSet};
 
 use crate::CallError;
-use crate::place::{no_such, of_place};
+use crate::index::{item, no_such};
 
 const TOOL: &str = concat!("pneumatic-servo-playground ", env!("CARGO_PKG_VERSION"));
 
@@ -18,12 +18,12 @@ pub fn ssv(mut numbers: &[f64], texts: &str) -> Result<String, CallError> {
     let mut parameters = Vec::new();
     for part in 0.. {
         let [model, count, rest @ ..] = numbers else { break };
-        let model = of_place(models::ALL, "model", *model)?;
+        let model = item(models::ALL, "model", *model)?;
         let count = *count as usize;
         let (pairs, others) = rest.split_at_checked(count).ok_or(CallError::TooMany { count })?;
         let prefix = prefixes.get(part).ok_or(no_such("text", part + 3))?;
         for pair in pairs.chunks_exact(2) {
-            let variable = of_place(model.table(), "variable", pair[0])?;
+            let variable = item(model.table(), "variable", pair[0])?;
             parameters.push(Parameter::new(format!("{prefix}{}", variable.name), variable, pair[1])?);
         }
         numbers = others;

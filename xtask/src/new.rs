@@ -293,7 +293,7 @@ use @crate_name@::catalogue::Friction;
 use pneumatic_servo::conformance::{Claims, law};
 use pneumatic_servo::prelude::*;
 
-/// Exact derivatives, saved states, steps, a solver outside; it is odd. Say what energy it stores at most (`stored`).
+/// Exact derivatives, saved states, steps, model exchange; it is odd. Say what energy it stores at most (`stored`).
 #[test]
 fn law_keeps_what_laws_promise() {
     law::<Friction>("@Name@", Claims { odd: true, stored: None });

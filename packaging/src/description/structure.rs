@@ -11,7 +11,7 @@ pub struct Structure {
     pub outputs: Vec<Unknown>,
     /// The derivatives of the continuous states.
     pub derivatives: Vec<Unknown>,
-    /// What is computed at initialization.
+    /// Variables computed at initialization.
     pub initial_unknowns: Vec<Unknown>,
 }
 

@@ -4,11 +4,11 @@ mod elf;
 mod exports;
 mod facts;
 mod mach_o;
-#[cfg(test)]
-mod made;
 mod paths;
 mod pe;
 mod read;
+#[cfg(test)]
+mod samples;
 mod system;
 
 use std::collections::BTreeSet;
@@ -295,27 +295,28 @@ mod tests {
 
     #[test]
     fn a_library_of_the_mac_says_which_system_it_is_for() -> Result<()> {
-        let needs = |platform| Ok::<_, anyhow::Error>(facts(&made::mac(made::INTEL, platform, true))?.needs);
-        assert_eq!(needs(made::MACOS)?, Some((11, 3)));
-        assert_eq!(needs(made::IOS)?, None);
+        let needs = |platform| Ok::<_, anyhow::Error>(facts(&samples::mac(samples::INTEL, platform, true))?.needs);
+        assert_eq!(needs(samples::MACOS)?, Some((11, 3)));
+        assert_eq!(needs(samples::IOS)?, None);
         Ok(())
     }
 
     #[test]
     fn a_signature_holds_while_no_byte_changes() -> Result<()> {
         let signature = |library: &[u8]| Ok::<_, anyhow::Error>(facts(library)?.signature);
-        let mut library = made::mac(made::ARM, made::MACOS, true);
+        let mut library = samples::mac(samples::ARM, samples::MACOS, true);
         assert_eq!(signature(&library)?, None);
         library[5000] ^= 1;
         assert_eq!(signature(&library)?.as_deref(), Some("page 1 was changed after signing"));
-        assert_eq!(signature(&made::mac(made::ARM, made::MACOS, false))?.as_deref(), Some("there is none"));
+        assert_eq!(signature(&samples::mac(samples::ARM, samples::MACOS, false))?.as_deref(), Some("there is none"));
         Ok(())
     }
 
     #[test]
     fn a_module_for_both_processors_of_the_mac_is_read_as_two() -> Result<()> {
-        let both = [made::ARM, made::INTEL].map(|processor| (processor, made::mac(processor, made::MACOS, true)));
-        let module = made::universal(both);
+        let both =
+            [samples::ARM, samples::INTEL].map(|processor| (processor, samples::mac(processor, samples::MACOS, true)));
+        let module = samples::universal(both);
         let slices = read::read(&module)?;
         let processors: Vec<_> = slices.iter().map(|facts| facts.architecture).collect();
         assert_eq!(processors, [Architecture::Aarch64, Architecture::X86_64]);
@@ -331,7 +332,7 @@ mod tests {
 
     #[test]
     fn symbols_and_debugging_information_of_windows_are_seen() -> Result<()> {
-        let debris = |symbols, size| Ok::<_, anyhow::Error>(facts(&made::windows(symbols, size))?.debris);
+        let debris = |symbols, size| Ok::<_, anyhow::Error>(facts(&samples::windows(symbols, size))?.debris);
         assert_eq!(debris(0, 0)?, BTreeSet::new());
         assert_eq!(debris(0, 28)?, BTreeSet::from(["debug directory".to_owned()]));
         assert_eq!(debris(1, 0)?, BTreeSet::from(["symbol table".to_owned()]));
@@ -342,7 +343,7 @@ mod tests {
     #[test]
     fn local_symbols_of_the_mac_are_seen() -> Result<()> {
         let (shown, local, needed) = (0x0f, 0x0e, 0x01);
-        let debris = |types: &[u8]| Ok::<_, anyhow::Error>(facts(&made::mac_with_symbols(types))?.debris);
+        let debris = |types: &[u8]| Ok::<_, anyhow::Error>(facts(&samples::mac_with_symbols(types))?.debris);
         assert_eq!(debris(&[shown, needed])?, BTreeSet::new());
         assert_eq!(debris(&[shown, local, needed])?, BTreeSet::from(["local symbols".to_owned()]));
         Ok(())
@@ -350,8 +351,8 @@ mod tests {
 
     #[test]
     fn format_says_the_platform() -> Result<()> {
-        assert_eq!(facts(&made::windows(0, 0))?.platform, Platform::Win64);
-        assert_eq!(facts(&made::mac(made::ARM, made::MACOS, true))?.platform, Platform::Darwin64);
+        assert_eq!(facts(&samples::windows(0, 0))?.platform, Platform::Win64);
+        assert_eq!(facts(&samples::mac(samples::ARM, samples::MACOS, true))?.platform, Platform::Darwin64);
         Ok(())
     }
 }

@@ -3,7 +3,7 @@
 #[cfg(feature = "sources")]
 mod build_description;
 #[cfg(feature = "sources")]
-mod made;
+mod generate;
 #[cfg(feature = "sources")]
 mod model_table;
 
@@ -13,7 +13,7 @@ use std::str::FromStr;
 use anyhow::{Error, Result, bail};
 
 #[cfg(feature = "sources")]
-pub use self::made::{module, of, of_loop};
+pub use self::generate::{loop_sources, module, sources};
 
 /// The sources of an FMU.
 #[derive(Default)]
@@ -67,7 +67,7 @@ mod none {
     ///
     /// # Errors
     /// Always.
-    pub fn of(_: &Workspace, _: &'static Model, _: &[Version], _: &[u8]) -> Result<Sources> {
+    pub fn sources(_: &Workspace, _: &'static Model, _: &[Version], _: &[u8]) -> Result<Sources> {
         bail!(REASON)
     }
 
@@ -75,12 +75,12 @@ mod none {
     ///
     /// # Errors
     /// Always.
-    pub fn of_loop(_: &Workspace, _: &'static Model, _: &[u8]) -> Result<Sources> {
+    pub fn loop_sources(_: &Workspace, _: &'static Model, _: &[u8]) -> Result<Sources> {
         bail!(REASON)
     }
 }
 #[cfg(not(feature = "sources"))]
-pub use self::none::{module, of, of_loop};
+pub use self::none::{loop_sources, module, sources};
 
 #[cfg(test)]
 mod tests {

@@ -64,7 +64,7 @@ fn tests(workspace: &Workspace, name: &str) -> Command {
     cargo
 }
 
-/// Instructions of a communication step of 1 ms with a fresh input in the library of the FMUs, by the arguments of `steps`,
+/// Instructions of a communication step of 1 ms with a new input sample in the library of the FMUs, by the arguments of `steps`,
 /// and how they were made.
 #[derive(Serialize, Deserialize)]
 struct Counts {

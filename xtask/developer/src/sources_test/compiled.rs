@@ -32,7 +32,7 @@ impl Written {
         let folder = workspace.target.join("sources-test").join(model.name);
         // In a folder of its own it does not wait for other libraries.
         let module = sources::module(&workspace.inside("sources-test"), model, Size::Small)?;
-        let sources = sources::of(workspace, model, &Version::ALL, &module)?;
+        let sources = sources::sources(workspace, model, &Version::ALL, &module)?;
         if folder.exists() {
             std::fs::remove_dir_all(&folder).with_context(|| format!("cannot remove the old {}", folder.display()))?;
         }

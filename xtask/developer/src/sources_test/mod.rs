@@ -218,7 +218,7 @@ fn by_fmpy(workspace: &Workspace, model: &'static Model, module: &[u8]) -> Resul
     let library = Library::for_tests(workspace)?;
     let venv = Venv::prepare(workspace, Requirements::TESTS)?;
     let folder = workspace.target.join("sources-test/fmpy");
-    let sources = |version| Ok(Some(sources::of(workspace, model, &[version], module)?));
+    let sources = |version| Ok(Some(sources::sources(workspace, model, &[version], module)?));
     let fmus = package::write(workspace, model, &[library], sources, &folder)?;
     let stated = folder.join("experiments.json");
     files::write(&stated, pneumatic_servo_packaging::experiment::stated(workspace.product.models)?)?;

@@ -3,7 +3,7 @@
 use crate::CallError;
 
 /// Item of a list at a place, given as a number of the page.
-pub fn of_place<'a, T>(list: &'a [T], what: &'static str, place: f64) -> Result<&'a T, CallError> {
+pub fn item<'a, T>(list: &'a [T], what: &'static str, place: f64) -> Result<&'a T, CallError> {
     // The cast saturates and makes 0 of what is no number; only a place that it leaves as it is counts.
     let index = place as usize;
     let found = list.get(index).filter(|_| index as f64 == place);

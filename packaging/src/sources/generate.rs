@@ -28,7 +28,7 @@ pub fn module(workspace: &Workspace, model: &Model, size: Size) -> Result<Vec<u8
 ///
 /// # Errors
 /// When a file cannot be read, or the module holds what is not translated.
-pub fn of(workspace: &Workspace, model: &'static Model, versions: &[Version], module: &[u8]) -> Result<Sources> {
+pub fn sources(workspace: &Workspace, model: &'static Model, versions: &[Version], module: &[u8]) -> Result<Sources> {
     let mut compiled = ["plant.c", "arrays.c", "operators.c"].map(str::to_owned).to_vec();
     // The loop is compiled by who wants it.
     let mut by_hand = vec!["plant.c", "plant.h", "arrays.c", "heap.h", "loop.c", "loop.h"];
@@ -84,7 +84,7 @@ fn add(
 ///
 /// # Errors
 /// As [`of`].
-pub fn of_loop(workspace: &Workspace, model: &'static Model, module: &[u8]) -> Result<Sources> {
+pub fn loop_sources(workspace: &Workspace, model: &'static Model, module: &[u8]) -> Result<Sources> {
     let roots = [&["loop_memory"], &LOOP[..]].concat();
     // A small margin is more comparisons, and less memory.
     let options =
@@ -114,7 +114,7 @@ const CONSTANT: [&str; 3] = ["fmi2GetTypesPlatform", "fmi2GetVersion", "fmi3GetV
 
 /// A module in which all that is asked of one does nothing.
 #[cfg(test)]
-pub fn made_module() -> Vec<u8> {
+pub fn sample_module() -> Vec<u8> {
     /// A number of two bytes, as the format writes it.
     fn number(value: usize) -> [u8; 2] {
         [(value % 128) as u8 | 128, (value / 128) as u8]
@@ -143,13 +143,13 @@ mod tests {
             (&[Version::Fmi2][..], ["fmi2.c", "loop.c"], ["fmi3.c", "buildDescription.xml"]),
             (&[Version::Fmi3], ["fmi3.c", "buildDescription.xml"], ["fmi2.c", "fmi2.h"]),
         ] {
-            let sources = of(&workspace, model, versions, &made_module())?;
+            let sources = sources(&workspace, model, versions, &sample_module())?;
             let has = |name: &&str| sources.files.contains_key(*name);
             assert!(own.iter().all(has) && !others.iter().any(has), "{:?}", sources.files.keys());
             assert!(["plant.c", "wasm.h", "model.h", "model.c", "loop.c", "code.h", "code_1.c"].iter().all(has));
             assert_eq!(sources.compiled, ["plant.c", "arrays.c", "operators.c", own[0], "code_1.c", "code_data.c"]);
         }
-        let broken = of(&workspace, model, &[Version::Fmi2], b"\0asm\x01\0\0\0").map(|_| ());
+        let broken = sources(&workspace, model, &[Version::Fmi2], b"\0asm\x01\0\0\0").map(|_| ());
         assert!(broken.is_err_and(|error| error.to_string() == "the module of PositionController"));
         Ok(())
     }

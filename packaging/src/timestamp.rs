@@ -16,9 +16,9 @@ const BEYOND: u64 = 253_402_300_800;
 
 /// When the FMU was generated, as far as its bytes say.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Moment(SystemTime);
+pub struct Timestamp(SystemTime);
 
-impl Moment {
+impl Timestamp {
     /// `SOURCE_DATE_EPOCH` if set, else the date of the commit, else a constant.
     ///
     /// # Errors
@@ -74,14 +74,14 @@ mod tests {
 
     #[test]
     fn iso_text_is_what_xml_expects() -> Result<()> {
-        assert_eq!(Moment::from_seconds(FALLBACK)?.iso(), "2020-01-01T00:00:00Z");
-        assert_eq!(Moment::from_seconds(1_234_567_890)?.iso(), "2009-02-13T23:31:30Z");
+        assert_eq!(Timestamp::from_seconds(FALLBACK)?.iso(), "2020-01-01T00:00:00Z");
+        assert_eq!(Timestamp::from_seconds(1_234_567_890)?.iso(), "2009-02-13T23:31:30Z");
         Ok(())
     }
 
     #[test]
     fn date_is_that_of_the_last_commit() -> Result<()> {
-        let folder = crate::files::scratch("moment");
+        let folder = crate::files::scratch("timestamp");
         std::fs::create_dir_all(&folder)?;
         assert_eq!(commit_date(&folder), None, "without a history");
         let author = ["-c", "user.name=A", "-c", "user.email=a@b"];
@@ -101,14 +101,14 @@ mod tests {
 
     #[test]
     fn dates_before_zip_archives_and_beyond_the_calendar_are_refused() -> Result<()> {
-        assert!(Moment::from_seconds(0)?.in_archive().is_err());
-        assert!(Moment::from_seconds(BEYOND).is_err() && Moment::from_seconds(BEYOND - 1).is_ok());
+        assert!(Timestamp::from_seconds(0)?.in_archive().is_err());
+        assert!(Timestamp::from_seconds(BEYOND).is_err() && Timestamp::from_seconds(BEYOND - 1).is_ok());
         Ok(())
     }
 
     #[test]
     fn archives_store_the_same_date() -> Result<()> {
-        let date = Moment::from_seconds(1_234_567_890)?.in_archive()?;
+        let date = Timestamp::from_seconds(1_234_567_890)?.in_archive()?;
         assert_eq!((date.year(), date.month(), date.day()), (2009, 2, 13));
         assert_eq!((date.hour(), date.minute(), date.second()), (23, 31, 30));
         Ok(())
