@@ -60,7 +60,7 @@ impl EndStops {
         [position < 0.0, position > self.stroke.value]
     }
 
-    /// Between which positions a solver outside gets the equations as they are: until a ten thousandth of a
+    /// Positions between which the equations hold for an importer's solver: until a ten thousandth of a
     /// clearance is left, deeper than blows carry the piston.
     pub fn limits(&self) -> Limits {
         const LEFT: f64 = 1e-4;

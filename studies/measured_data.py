@@ -1,4 +1,4 @@
-"""Fits to what others have measured: pneumatic seals, and a contact that slides to and fro.
+"""Fits to what others have measured: pneumatic seals, and a contact that slides back and forth.
 
 The data are not part of this repository; docs/identification/validation.md says where they are from. Their folder has
 seals/RING_PRESSUREbar.csv (time_s, position_mm, pressure_bar, force_N) and presliding/tribometer.csv (time_s,

@@ -37,7 +37,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Promise:
-    """A law, the experiment that is recommended for it, half of the intervals foretold, and what the rig then does."""
+    """A law, the experiment that is recommended for it, half of the predicted intervals, and the rig's response."""
 
     law: str
     plan: ps.Plan
@@ -79,7 +79,7 @@ def rows(promise: Promise, found: Sequence[Sequence[ps.Estimate]]) -> list[list[
 
 
 def drawn(table: Sequence[Sequence[object]]) -> Figure:
-    """Achieved over foretold, with what counts as kept."""
+    """Achieved over predicted intervals, and whether the prediction was kept."""
     with mpl.rc_context(STYLE):
         figure = Drawing(figsize=(WIDTH, 3.4), layout="constrained")
         axis = figure.subplots()

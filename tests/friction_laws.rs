@@ -133,7 +133,7 @@ fn steep_and_flat_stribeck_curves_are_integrated() {
     }
 }
 
-/// Whatever the law: where sliding takes more than holding, nothing could rest, and the name and the value are refused.
+/// Under every law: where sliding takes more than holding, nothing could rest, and the name and the value are refused.
 #[test]
 fn coulomb_above_static_friction_is_refused_by_every_law_that_has_both() {
     let table = Friction::table_within("friction", 0, Law::None.id());
@@ -161,7 +161,7 @@ fn law_group(law: &str) -> String {
     }
 }
 
-/// Laws whose defaults are gentle, by `docs/solver.md`: away from the stops the steps of the cylinder are explicit.
+/// Laws that are non-stiff with their defaults, by `docs/solver.md`: away from the stops the steps of the cylinder are explicit.
 const GENTLE: [&str; 16] = [
     "None",
     "Coulomb",

@@ -103,7 +103,7 @@ fn position_does_not_drift_from_the_imposed_one() {
     }
 }
 
-/// A position with a derivative is met at each instant, whatever the velocity says, and from wherever the carriage is.
+/// A position with a derivative is met at each instant, under any given velocity, and from any position of the carriage.
 #[test]
 fn position_with_a_derivative_leads() {
     let mut running = imposed("Stribeck").set("imposedPosition", 0.2).start().unwrap();

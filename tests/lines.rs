@@ -95,7 +95,7 @@ fn steady_flow_loses_the_pressure_of_hagen_and_poiseuille_or_of_blasius() {
     }
 }
 
-/// What has flowed in is found in chamber and hose at one pressure.
+/// The inflow is found in chamber and hose at one pressure.
 #[test]
 fn hose_has_its_volume() {
     let mut plant = held(&[("hoseA.length", 3.0), ("hoseA.diameter", 0.008), ("supplyPressure", 8e5)]);
@@ -357,7 +357,7 @@ fn mass_and_energy_balance_with_all_lines() {
     }
 }
 
-/// What leaks past the piston leaves the cylinder where chamber B is open, also with a hose: 12 mg in a second.
+/// Leakage past the piston leaves the cylinder where chamber B is open, also with a hose: 12 mg in a second.
 #[test]
 fn leakage_into_an_open_chamber_is_accounted_for() {
     let rig = Rig::cylinder("Stribeck").set("chamberB.open", 1.0).set("piston.leakage", 1e-16);

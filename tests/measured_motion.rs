@@ -9,7 +9,7 @@ use rig::{Rig, Running};
 /// Interval of the samples in s.
 const SAMPLE: f64 = 5e-3;
 
-/// A position in m as an encoder of 1 um gives it: to and fro, with rests between.
+/// A position in m as an encoder of 1 um gives it: back and forth, with rests between.
 fn sample(index: u32) -> f64 {
     let swing = (f64::from(index) * SAMPLE * 2.0).sin().clamp(-0.8, 0.8);
     (swing * 2000.0).round() * 1e-6

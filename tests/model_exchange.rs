@@ -1,4 +1,4 @@
-//! Two ways of running the same equations: with the solver inside, and with a host that integrates by itself.
+//! Co-simulation and model exchange of the same equations, compared.
 
 mod bounds;
 
@@ -18,7 +18,7 @@ const MAXWELL_SLIP: i32 = 17;
 
 /// Of the host, relative to the nominal values.
 const OUTSIDE: f64 = 1e-9;
-/// Of the solver inside, which allows the spool thirty times the error of other states.
+/// Tolerance of co-simulation, which allows the spool thirty times the error of other states.
 const INSIDE: f64 = 1e-10;
 
 fn numbers(model: &Model) -> [usize; 2] {
@@ -58,7 +58,7 @@ fn agree(setup: &Setup, course: Course, step: f64, count: u32) {
     both_ways(setup, &agreement, course, step, count);
 }
 
-/// Lengths are compared to so many nm, and pressures.
+/// Lengths and pressures are compared to a number of nm.
 fn within<const NANOMETRES: u32>(variable: &Variable, _: f64) -> Option<f64> {
     match variable.kind {
         Kind::Real(units::METRE) => Some(f64::from(NANOMETRES) * 1e-9),
@@ -211,8 +211,8 @@ fn saved_states_repeat_bit_for_bit() {
     }
 }
 
-/// The equations count their time from the start, by whatever clock: the sampled law, the delay, the shaken tray and its
-/// walk do the same at all starts, as they do with the solver inside.
+/// The equations count their time from the start, under any clock: the sampled law, the delay, the shaken tray and its
+/// walk do the same at all starts, as in co-simulation.
 #[test]
 fn runs_that_start_at_another_time_are_the_same_runs() {
     for (model, law) in [

@@ -72,8 +72,8 @@ fn initial_values_follow_from_the_inputs_that_are_declared() {
     }
 }
 
-/// While the input pushes the play of the valve, the spool's acceleration has the slope of the side that is pushed, also
-/// after the play has followed; inside the play it has none.
+/// While the input pushes the hysteresis of the valve, the spool's acceleration has the derivative of that side, also
+/// after the hysteresis has followed; inside it has none.
 #[test]
 fn spool_follows_the_voltage_while_it_pushes_the_play() {
     let model = models::find("PneumaticServoCylinder").expect("a model");

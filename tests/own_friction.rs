@@ -130,7 +130,7 @@ mod with_a_delta {
 
     static MODEL: Model = vibro_impact::model::<catalogue::Friction>();
 
-    /// The vibro-impact model takes an exponent of 1 from its source, whatever else is called `delta`.
+    /// The vibro-impact model takes an exponent of 1 from its source, not another parameter named `delta`.
     #[test]
     fn a_name_is_no_meaning() {
         let table = MODEL.table();

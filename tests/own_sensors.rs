@@ -113,7 +113,7 @@ fn lag_is_that_of_a_filter_outside() {
     assert!((before - filtered).abs() > 1e-4, "the carriage moves: {before} m");
 }
 
-/// At each communication point on a sample the reading is that of this point, whatever the steps in between.
+/// At each communication point on a sample the reading is this point's, independent of the steps in between.
 #[test]
 fn reading_is_the_rounded_quantity_of_the_last_sample() {
     let sensor = [("sensor.position.sampleTime", 2e-3), ("sensor.position.resolution", 1e-5)];

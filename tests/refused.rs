@@ -92,7 +92,7 @@ mod at_the_start {
         }
     }
 
-    /// What moves at 1 m/s.
+    /// A body that moves at 1 m/s.
     #[derive(Clone, Copy, Debug)]
     struct Moving {
         magnitude: f64,
@@ -107,7 +107,7 @@ mod at_the_start {
         static FAULT: Cell<usize> = const { Cell::new(SOUND) };
     }
 
-    /// What a fault changes, and what is said of it.
+    /// A faulty change, and the message about it.
     type Fault = (fn(&mut Tables), &'static str);
 
     const FAULTS: &[Fault] = &[

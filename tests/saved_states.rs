@@ -1,4 +1,4 @@
-//! Saved states are taken by the run that wrote them, whatever its clock says, and by no other.
+//! Saved states can be restored by the run that wrote them, at any clock, and by no other.
 
 use pneumatic_servo::co_simulation::Simulation;
 use pneumatic_servo::friction::LAWS;

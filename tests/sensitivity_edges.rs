@@ -70,7 +70,7 @@ fn stop_that_moves_takes_the_piston_along() {
     }
 }
 
-/// A reading that is taken at the end of a step is the quantity itself, whatever else is read at the same instant.
+/// A reading at the end of a step is the quantity itself, independent of other readings at the same instant.
 #[test]
 fn readings_of_the_same_instant_have_the_slopes_of_their_quantities() {
     let setup = setup("LuGre", &[("sensor.position.sampleTime", 1e-3), ("sensor.pressureA.sampleTime", 1e-3)]);

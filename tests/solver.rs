@@ -93,7 +93,7 @@ impl System<1> for TwoSprings {
 #[derive(Clone)]
 struct Stiff {
     rate: f64,
-    /// What it says of itself, not what it is.
+    /// Whether it claims to be non-stiff.
     is_gentle: bool,
 }
 
@@ -199,7 +199,7 @@ fn stiffness_does_not_limit_the_step() {
     assert!(stiff_steps < 2 * mild_steps, "{stiff_steps} steps, {mild_steps} for the mild problem");
 }
 
-/// Gentle equations are solved without Jacobians, and as accurately.
+/// Non-stiff equations are solved without Jacobians, and as accurately.
 #[test]
 fn gentle_equations_need_no_jacobian() {
     for tolerance in [1e-3, 1e-4, 1e-5, 1e-6] {
@@ -368,7 +368,7 @@ fn explicit_stages_know_their_time() {
             run.advance(0.1 * f64::from(point)).unwrap();
         }
         let error = (run.state().0[0].value - 10.0f64.cos()).abs();
-        // What a step of 0.1 adds decays before ten others have been made.
+        // The error of a step of 0.1 decays before ten others have been made.
         assert!(error < 10.0 * tolerance, "{error} at {tolerance}");
         assert_eq!(run.counters().jacobians, 0, "{:?} at {tolerance}", run.counters());
     }
@@ -422,7 +422,7 @@ impl System<1> for Surge {
     }
 }
 
-/// What remains is too much for one step of the midpoint rule, though it is shorter than any with which that begins: the classical
+/// The rest is too much for one step of the midpoint rule, though it is shorter than any of its first steps: the classical
 /// method takes it. `x = 1e16*(0.5e-6)^3/3` in the end.
 #[test]
 fn midpoint_rule_leaves_short_remainders_to_the_classical_method() {

@@ -1,5 +1,5 @@
-//! States that a solver outside tries, beyond stops, kinks and limits: the equations go on smoothly there, lead back, and have an
-//! answer to any numbers. Such states are refused where a host accepts them.
+//! Trial states of an importer's solver, beyond stops, kinks and limits: the equations go on smoothly there, lead back, and have
+//! finite values for all finite states. Such states are refused where a host accepts them.
 
 use std::f64::consts::PI;
 
@@ -314,7 +314,7 @@ fn saved_states_know_the_sides_of_kinks() {
     assert!(seen.iter().all(|indicator| *indicator > 0.0), "{seen:?}");
 }
 
-/// With the solver inside nobody crosses a kink: its indicator is the distance.
+/// Co-simulation crosses no kink: its indicator is the distance.
 #[test]
 fn kinks_are_shown_as_distances_with_the_solver_inside() {
     let setup = setup(&pneumatic_servo_cylinder::MODEL, "Stribeck").set("position0", 0.4).expect("a position");

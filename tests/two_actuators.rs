@@ -71,7 +71,7 @@ fn both_chambers_are_fed_and_vented_at_once() {
     }
 }
 
-/// Each regulator brings its chamber to the pressure that it is commanded, whatever the other does.
+/// Each regulator brings its chamber to its command, independent of the other.
 #[test]
 fn regulators_set_both_pressures() {
     let rig = held("TwoRegulators").set("valveVoltageA", 5.0).set("valveVoltageB", 2.5);

@@ -101,7 +101,7 @@ fn saturated_bristle_follows_a_level_that_changes_in_bounded_work() {
     }
 }
 
-/// At rest the force is that of the deflection, whatever the level does; it goes to the new limit with the motion.
+/// At rest the force follows the deflection, not the load level; it goes to the new limit with the motion.
 #[test]
 fn saturated_bristle_at_rest_takes_no_force_from_a_level_that_changes() {
     for exponent in [0.1, 0.5, 0.8] {
@@ -438,7 +438,8 @@ fn shortest_communication_steps_are_taken_at_the_tightest_tolerance() {
     }
 }
 
-/// What a run at a tolerance misses of one at 1e-11, under a voltage that is held over communication steps of a length in s:
+/// Error of a run at a tolerance against one at 1e-11, under a voltage that is held over communication steps of a length in
+/// s:
 /// position in m and pressures in Pa.
 fn missed(setup: &Setup, tolerance: f64, amplitude: f64, step: f64, end: f64) -> (f64, f64) {
     let at = |tolerance: f64| setup.clone().set("solver.relativeTolerance", tolerance).unwrap().start(0.0).unwrap();

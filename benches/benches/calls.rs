@@ -84,7 +84,7 @@ where
     (0..STAGES).fold(right, |solution, _| factors.solve(&solution).expect("no pivot is zero"))
 }
 
-/// A communication step of 1 ms with a fresh input.
+/// A communication step of 1 ms with a new input sample.
 fn steps(criterion: &mut Criterion) {
     for case in case::all() {
         let mut host = Host::start(&case, TOLERANCE);

@@ -22,7 +22,7 @@ pub enum Mode {
     StepEvent,
     /// At an event, while the model is updated: the solver is outside.
     Event,
-    /// Between two events, while the solver outside integrates.
+    /// Between two events, while the importer's solver integrates.
     ContinuousTime,
     /// At the end of the run.
     Terminated,
@@ -122,7 +122,7 @@ calls! {
     EnterSteps            StepEvent;
     /// Go on to integrate.
     EnterContinuousTime   Event;
-    /// Accept a step of the solver outside.
+    /// Accept a step of the importer's solver.
     AcceptStep            ContinuousTime;
     /// Set the time.
     SetTime               Event ContinuousTime;

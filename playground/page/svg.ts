@@ -60,7 +60,7 @@ function one(chart: Chart<never>, colour: (property: string) => string): string 
   ].join("");
 }
 
-/** The points of a line that are so far apart that they can be told apart, and the last one. */
+/** The points of a line that can be distinguished, and the last one. */
 function apart(points: [number, number][]): [number, number][] {
   let before = [NaN, NaN];
   return points.filter((point, index) => {

@@ -23,7 +23,7 @@ Values = NDArray[np.float64]
 BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY = "#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9"
 GREY, SHADE = "#5a6570", "#eceff3"
 COLOURS = [BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY]
-"""Colours that people with any colour vision tell apart (Okabe and Ito)."""
+"""Colours for all kinds of colour vision (Okabe and Ito)."""
 STROKES: list[Any] = ["-", "--", "-.", (0, (1, 1)), (0, (5, 1)), (0, (3, 1, 1, 1))]
 """Styles of lines in the order of the colours, so that lines differ in print, too."""
 CYCLE = cycler(color=COLOURS) + cycler(linestyle=STROKES)

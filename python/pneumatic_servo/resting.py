@@ -1,7 +1,7 @@
-"""Derivatives by a valve voltage that rests: more of it drags the play of the valve, and less does not.
+"""Derivatives by a constant valve voltage: a valve with hysteresis follows a change to one side only.
 
-To either side there is a derivative, and they differ. Runs nearby, whose voltage rises or falls by hardly anything at
-each step, have both: elements of Clarke's generalized gradient.
+The left and right derivatives differ. Nearby runs, whose voltage rises or falls very slowly, have one or the other:
+elements of Clarke's generalized gradient.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-//! Running a model with the solver inside: what a host sees are values in table order, time, and nothing of its physics.
+//! Co-simulation of a model: a host sees values in table order and the time, nothing of the physics.
 
 mod embedded;
 mod simulator;
@@ -114,7 +114,7 @@ pub trait Simulation: Send {
         Notices::default()
     }
 
-    /// The model, whose indicators are given again, at the present states with its solver outside; nothing if it has no continuous
+    /// The model, whose indicators are given again, at the present states, for model exchange; nothing if it has no continuous
     /// states, so that no solver is needed.
     fn exchange(&self, _indicators: Vec<Indicator>) -> Option<Box<dyn Exchange>> {
         None

@@ -22,7 +22,7 @@ pub fn dependencies(settings: &[Setup]) {
     let table = first.table();
     let mut all = Pairs::new();
     settings.iter().for_each(|setup| all.extend(found_dependencies(setup)));
-    // What is true or false has no derivative: on what it depends beyond the inputs no host can try.
+    // Booleans have no derivative: their dependencies beyond the inputs cannot be tried by a host.
     let is_real =
         |reference: u32| matches!(table.by_reference(reference).expect("a variable").variable.kind, Kind::Real(_));
     let is_input = |known: u32| table.inputs().any(|input| input.reference == known);
@@ -43,7 +43,7 @@ pub fn found_dependencies(setup: &Setup) -> Pairs {
     found
 }
 
-/// What is found and not declared, as `der(velocity) on pressure`. A run that fails counts as far as it comes.
+/// Undeclared dependencies found, as `der(velocity) on pressure`. A run that fails counts up to its failure.
 ///
 /// # Errors
 /// [`ParameterError`] when the parameters do not fit together.

@@ -81,7 +81,7 @@ fn duration(setup: &Setup) -> f64 {
     (0.1 * setup.model().experiment.stop_time).min(1.0)
 }
 
-/// How a run is told in messages: the model, the friction law and what else is not as by default.
+/// Description of a run in messages: the model, the friction law and all other settings that are not defaults.
 fn told(setup: &Setup) -> String {
     let (table, name) = (setup.table(), setup.model().name);
     let item = |variable: &Variable, value: f64| match variable.kind {

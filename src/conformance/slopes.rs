@@ -97,7 +97,7 @@ enum KnownKind {
     Parameter,
 }
 
-/// A run with its solver outside, in which what is known can be changed one by one.
+/// A run in model exchange, in which the knowns can be changed one by one.
 struct Bench<'a> {
     setup: &'a Setup,
     exchange: Box<dyn Exchange>,

@@ -1,4 +1,4 @@
-//! Two ways of running the same equations: with the solver inside, and with a host that integrates by itself.
+//! Co-simulation and model exchange of the same equations, compared.
 
 use super::{Host, told};
 use crate::model::Setup;
@@ -7,10 +7,10 @@ use crate::variables::{Place, Variable};
 /// Inputs over time in s: written over their start values, continuous, straight between communication points.
 pub type Course = fn(f64, &mut [f64]);
 
-/// What two ways of running a model have to agree in.
+/// Quantities in which co-simulation and model exchange have to agree.
 #[derive(Clone, Copy, Debug)]
 pub struct Agreement {
-    /// Tolerance of the solver inside.
+    /// Tolerance of co-simulation.
     pub inside: f64,
     /// Tolerance of the host, relative to the nominal values of the states.
     pub outside: f64,

@@ -43,7 +43,7 @@ impl<L: FrictionLaw> FrictionContact<L> {
     /// value reference.
     pub fn new(law: L, drive: Drive, first: usize, references: u32) -> Self {
         let holds_exactly = law.stiction() == Stiction::Exact;
-        // What the solver asks at every step is kept, since to ask the law takes longer.
+        // Answers that the solver needs at every step are kept, since asking the law takes longer.
         Self {
             drive,
             holds_exactly,
@@ -65,7 +65,7 @@ impl<L: FrictionLaw> FrictionContact<L> {
         &self.law
     }
 
-    /// What sets the contact in motion.
+    /// Cause of the contact's motion.
     #[inline(always)]
     pub fn drive(&self) -> Drive {
         self.drive
@@ -170,7 +170,7 @@ impl<L: FrictionLaw> FrictionContact<L> {
         self.law.force(contact, &x[self.states()], memory, &mut rates[self.states()])
     }
 
-    /// What the contact shows.
+    /// Outputs of the contact.
     pub fn observe<S: Scalar>(&self, contact: &Contact<S>, x: &[S], memory: &L::Memory<S::Held>) -> Observation<S> {
         let mut observation = Observation {
             force: S::zero(),
@@ -272,7 +272,7 @@ impl<L: FrictionLaw> FrictionContact<L> {
     }
 }
 
-/// What a contact shows.
+/// Outputs of a contact.
 #[derive(Clone, Copy, Debug)]
 pub struct Observation<S> {
     /// The friction force in N.
@@ -281,7 +281,7 @@ pub struct Observation<S> {
     pub sticking: S,
     /// Whether the position is exactly constant.
     pub is_held: bool,
-    /// What the states of the law are.
+    /// Kind of the states of the law.
     pub kind: StateKind,
     /// Where its named states are among those of all laws.
     named: Named,

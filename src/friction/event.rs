@@ -28,7 +28,7 @@ impl Event {
     /// All events, in the order of their indicators.
     pub const ALL: [Self; 6] = [Self::Stop, Self::BreakAway, Self::Distance, Self::Edge, Self::Rise, Self::Fall];
 
-    /// How many there are.
+    /// Number of events.
     pub const COUNT: usize = Self::ALL.len();
 
     /// The indicators of a contact in a group of variables.

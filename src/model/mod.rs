@@ -164,7 +164,7 @@ impl Model {
         error
     }
 
-    /// The event indicators as variables, scaled as a solver outside sees them ([`seen`](crate::model_exchange::seen)).
+    /// The event indicators as variables, scaled as in model exchange ([`seen`](crate::model_exchange::seen)).
     /// They are no part of the table, since nothing else needs them.
     pub fn indicator_variables(&self) -> Vec<Variable> {
         let indicators = self.indicators().into_iter().zip(references::INDICATORS..);

@@ -271,7 +271,7 @@ impl Plant {
         outcome
     }
 
-    /// What is unusual about the parameters and the present inputs, though they are accepted.
+    /// Warnings about the parameters and the present inputs, though they are accepted.
     pub fn notices(&self) -> impl Iterator<Item = Notice> {
         self.simulation.notices().into_iter().flatten()
     }

@@ -1,4 +1,4 @@
-//! Running a model with the solver outside: a host integrates the states, watches the indicators, and asks for updates.
+//! Model exchange: a host integrates the states, watches the indicators, and asks for updates.
 //!
 //! The equations are the same as in co-simulation. Rules for the host's solver:
 //!
@@ -9,7 +9,7 @@
 //!   beyond the exact instant until an event is seen. Indicators without use are 1.
 //! - Where equations have a kink but no mode ends, at the stops of the cylinder for example, an indicator lets a solver stop
 //!   there. Nothing happens, and no event is counted.
-//! - Memories that follow accepted steps (the play of the valve, nested loops of hysteresis) do so by
+//! - Discrete states that follow accepted steps (hysteresis of the valve, nested loops of friction) do so by
 //!   [`accept_step`](Exchange::accept_step). A host that never says it has accepted a step gets the error of a memory that
 //!   moves at events only: for the valve at most the width of its play, for laws with nested loops the loops that begin
 //!   and end between two events. Delay lines make time events of their own and need nothing.

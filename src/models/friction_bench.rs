@@ -107,10 +107,10 @@ mod depends {
     pub const V: u32 = State::Velocity.reference();
     pub const Y: u32 = State::DrivePosition.reference();
 
-    /// What decides whether a law without states of its own holds the mass.
+    /// Dependencies of the decision whether a law without states of its own holds the mass.
     pub const LOAD: &[u32] = &[references::TIME, DRIVE, FORCE, LEVEL, X, V, Y];
 
-    /// What friction and acceleration depend on.
+    /// Dependencies of friction and acceleration.
     pub fn motion() -> Vec<u32> {
         [LOAD.to_vec(), states::references(references::CONTACT)].concat()
     }

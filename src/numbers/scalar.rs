@@ -86,7 +86,7 @@ pub trait Scalar: Number + AddAssign + SubAssign + Default + PartialEq + Debug +
     }
 }
 
-/// What a number that a discrete state keeps is called where it is saved; nothing of it is written.
+/// Name of a number of a discrete state for the serializer; nothing of it is written.
 pub(crate) const KEPT: &str = "number of a discrete state";
 
 /// A number that a discrete state can keep: what happens at events and samples is evaluated with it.

@@ -37,9 +37,10 @@ pub struct Crossing {
     pub time: f64,
     /// Name of the event.
     pub event: &'static str,
-    /// How fast its indicator fell, in its own unit per s: the smaller, the nearer the motion came to missing the event.
+    /// Rate at which its indicator fell, in its own unit per s: the smaller, the nearer the motion came to missing the
+    /// event.
     pub rate: f64,
-    /// How much later the event happens, in s per unit of each direction; not a number where there is no derivative.
+    /// Derivative of the time of the event, in s per unit of each direction; not a number where there is none.
     pub delays: Vec<f64>,
 }
 
@@ -95,7 +96,7 @@ pub trait Varied: Send {
 pub struct NoDerivative {
     /// Time in s.
     pub time: f64,
-    /// What happens there.
+    /// Effect of the event.
     pub event: String,
     /// Why there is none.
     pub reason: String,
@@ -141,14 +142,14 @@ impl std::error::Error for TransitionError {
     }
 }
 
-/// What a run is differentiated by.
+/// Direction of a derivative.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Along {
     /// The parameter in a place of the table.
     Parameter(usize),
     /// The value that a continuous state has now, numbered as in a [`Direction`](crate::session::Direction).
     State(usize),
-    /// What is added to the input in a place of the table from now on.
+    /// Addition to the input with an index in the table, from now on.
     Input(usize),
     /// A number that the memory has now.
     Memory(usize),

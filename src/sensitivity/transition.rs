@@ -37,7 +37,7 @@ pub struct Transition {
 /// The continuous states that are integrated: their numbers and their names.
 pub type States = Vec<(usize, String)>;
 
-/// What a step does to a small change in one direction.
+/// Derivatives after a step in one direction.
 #[derive(Clone, Debug)]
 pub struct Column {
     /// Slopes of the continuous states that are integrated.

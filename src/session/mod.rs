@@ -29,7 +29,7 @@ pub struct Start<'a> {
     pub inputs: &'a [f64],
     /// The tolerance the host asks for; it replaces `solver.relativeTolerance` unless that was changed.
     pub tolerance: Option<f64>,
-    /// What it varies with.
+    /// Values that it varies with.
     pub seeds: Seeds<'a>,
 }
 
@@ -136,7 +136,7 @@ impl std::error::Error for SnapshotError {
     }
 }
 
-/// What a run of equations keeps beside them: its parameters and the clock of the host.
+/// Parameters and the host's clock, kept beside a run of equations.
 #[derive(Clone)]
 pub(crate) struct Session {
     pub table: Arc<Table>,

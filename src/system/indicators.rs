@@ -10,7 +10,7 @@ pub struct Indicator {
     pub name: String,
     /// Magnitude, in the unit of its value, that counts as 1 where indicators of different units are compared.
     pub nominal: f64,
-    /// What happens when it falls below zero.
+    /// Effect when it falls below zero.
     pub text: &'static str,
 }
 

@@ -86,7 +86,7 @@ pub trait System<const U: usize>: Clone + Send + 'static {
     /// [`indicator_list`](Self::indicator_list).
     const EVENTS: &'static [Event] = &[];
 
-    /// How many inputs the table has, of which the equations read the first `U`.
+    /// Number of inputs of the table, of which the equations read the first `U`.
     const INPUTS: usize = U;
 
     /// Conserved quantities whose residuals are the last of the computed variables.
@@ -127,7 +127,7 @@ pub trait System<const U: usize>: Clone + Send + 'static {
         computed: &mut [S],
     );
 
-    /// How many states there are under these parameters.
+    /// Number of states under these parameters.
     fn states(&self) -> usize {
         Self::State::OTHERS
     }
@@ -153,7 +153,7 @@ pub trait System<const U: usize>: Clone + Send + 'static {
         Self::State::of(reference).map(|state| state.at(n))
     }
 
-    /// What is to be said of the indicators, in the order of their places.
+    /// Descriptions of the indicators, in the order of their indices.
     fn indicator_list() -> Vec<Indicator> {
         Self::EVENTS.iter().map(Event::indicator).collect()
     }
@@ -185,7 +185,7 @@ pub trait System<const U: usize>: Clone + Send + 'static {
         Self::EVENTS[event].name
     }
 
-    /// What is to be said of the kinks of the equations, in the order in which [`kinks`](Self::kinks) writes them: at most
+    /// Descriptions of the kinks of the equations, in the order in which [`kinks`](Self::kinks) writes them: at most
     /// [`MAX_KINKS`].
     fn kink_list() -> Vec<Indicator> {
         Vec::new()
@@ -264,7 +264,7 @@ pub trait System<const U: usize>: Clone + Send + 'static {
         Ok(())
     }
 
-    /// Between which values of the states a solver outside gets the equations as they are. Beyond them it gets those of a
+    /// Values of the states between which the equations hold for an importer's solver. Beyond them it gets the equations of a
     /// state nearby, which must have a meaning, and is led back: so every state that it tries has an answer, and none that
     /// it accepts may lie where the equations lose their meaning. All states that are admitted and that a run can come to lie
     /// between them.
@@ -287,12 +287,12 @@ pub trait System<const U: usize>: Clone + Send + 'static {
         false
     }
 
-    /// What the system holds of each conserved quantity; quantities it does not have stay 0.
+    /// Content of each conserved quantity; quantities that the system does not have stay 0.
     fn content<S: Varying, const N: usize>(&self, _x: &[S; N], _memory: &Self::Memory<S>) -> [f64; QUANTITIES] {
         [0.0; QUANTITIES]
     }
 
-    /// What it receives of each per second.
+    /// Inflow of each per second.
     fn inflow<S: Varying, const N: usize>(
         &self,
         _time: S,
@@ -308,13 +308,13 @@ pub trait System<const U: usize>: Clone + Send + 'static {
         true
     }
 
-    /// What is unusual about the parameters and the inputs.
+    /// Warnings about the parameters and the inputs.
     fn notices(&self, _u: &[f64; U]) -> Notices {
         Notices::default()
     }
 
-    // What makes runs faster. A model may leave all of it out: nothing here changes what is computed, but for rounding and the
-    // error that the tolerance allows.
+    // Hints for speed. A model may leave all of it out: nothing here changes results, but for rounding and the error that
+    // the tolerance allows.
     //
     // Worth on the cylinder, whose plain step takes 4,300 instructions:
     // - `hints` with `is_smooth`: explicit steps in place of implicit ones with their Jacobian, a factor of two to four;
@@ -327,15 +327,15 @@ pub trait System<const U: usize>: Clone + Send + 'static {
     /// Which couplings between states the Jacobian has; all of them unless a system says so.
     const GROUPS: Groups = [0, 0];
 
-    /// What a solver may use in the present mode.
+    /// Hints for the solver in the present mode.
     fn hints<S: Varying, const N: usize>(&self, _x: &[S; N], _memory: &Self::Memory<S>) -> Hints {
         Hints::default()
     }
 
-    /// How many states, the first ones, follow the inputs alone, and have a closed form while these are held.
+    /// Number of states, the first ones, that follow the inputs alone, and have a closed form while these are held.
     const LED: usize = 0;
 
-    /// A state that may relax within a step that is gentle otherwise; only in runs in which a friction law has states.
+    /// A state that may relax within a step that is non-stiff otherwise; only in runs in which a friction law has states.
     const RELAXING: Option<Place> = None;
 
     /// A state at whose zeros the equations have most of their kinks: a velocity that bends bristles; only in runs in which a
@@ -381,7 +381,7 @@ pub trait System<const U: usize>: Clone + Send + 'static {
         false
     }
 
-    /// What [`led`](Self::led) needs to know of a step of a size in s, whatever the states and the inputs.
+    /// Facts for [`led`](Self::led) about a step of a size in s, independent of the states and the inputs.
     fn stride<S: Varying>(&self, size: f64) -> Stride<S> {
         Stride { size, half: [[S::zero(); 2]; 2] }
     }

@@ -43,7 +43,7 @@ impl Tuning {
     }
 }
 
-/// What the solver has done since initialization.
+/// Work of the solver since initialization.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Counters {
     /// Accepted steps.
@@ -57,7 +57,7 @@ pub struct Counters {
 }
 
 impl Counters {
-    /// How many they are.
+    /// Number of counters.
     pub const COUNT: usize = 4;
 
     /// The counters as variables; every model's table has them. Value references from `base`.

@@ -36,7 +36,7 @@ pub struct Tables {
 }
 
 impl Tables {
-    /// What is in the wrong one of them, or missing, for equations with a number of inputs.
+    /// Variable in the wrong list, or missing, for equations with a number of inputs.
     fn problem(&self, inputs: usize) -> Option<ParameterError> {
         let stray = |list: &[Variable], belongs: fn(&Variable) -> bool, what: &str| {
             let stray = list.iter().find(|variable| !belongs(variable))?;
@@ -81,7 +81,7 @@ fn make<E: System<U>, const U: usize>() -> Table {
     Table::new(all).with_problem(problem)
 }
 
-/// What equations do not tell of their indicators and kinks.
+/// Indicators and kinks without description.
 fn untold<E: System<U>, const U: usize>() -> Option<ParameterError> {
     let (events, told, kinks) =
         (E::Indicators::<Real>::default().as_ref().len(), E::indicator_list().len(), E::kink_list().len());

@@ -13,9 +13,9 @@ pub enum Fixed {}
 
 /// Something that is read from one or more consecutive numbers of a table.
 pub trait Field {
-    /// What the field of a struct holds.
+    /// Value in the field of a struct.
     type Value;
-    /// How many numbers it takes.
+    /// Number of values.
     const LEN: usize;
     /// Whether it may be changed between steps.
     const IS_TUNABLE: bool = false;
@@ -120,7 +120,7 @@ impl Field for u64 {
 
 /// One variable or an array of them, as a declaration in [`parameters!`](crate::parameters) yields it.
 pub trait Declaration {
-    /// How many there are.
+    /// Number of variables.
     const COUNT: usize;
     /// The variables, in order.
     fn into_variables(self) -> Vec<Variable>;
@@ -150,7 +150,7 @@ pub fn declared<F: Field, D: Declaration>(declaration: D) -> impl Iterator<Item 
 
 /// A struct of parameters, made by [`parameters!`](crate::parameters).
 pub trait ParameterSet: Clone + std::fmt::Debug + Send + Sync + 'static {
-    /// How many variables there are.
+    /// Number of variables.
     const LEN: usize;
     /// The variables, in the order of the fields.
     fn table() -> Vec<Variable>;
@@ -262,7 +262,7 @@ macro_rules! inputs {
         pub struct $name<S> { $(pub $field: S),* }
 
         impl $name<f64> {
-            /// How many inputs there are.
+            /// Number of inputs.
             pub const LEN: usize = [$(stringify!($field)),*].len();
 
             /// The variables, in the order of the fields.
@@ -304,7 +304,7 @@ macro_rules! outputs {
         }
 
         impl<S> $name<S> {
-            /// How many variables there are.
+            /// Number of variables.
             pub const LEN: usize = [$(stringify!($field)),*].len();
 
             /// The variables, in the order of the fields.
@@ -361,7 +361,7 @@ mod tests {
         assert_eq!(refused(2.0, 0.5), "enabled = 0.5 is refused: it must be 0 (false) or 1 (true)");
     }
 
-    /// In a row as in the table, whatever the order.
+    /// In the order of the table, independent of the declaration.
     #[test]
     fn sets_in_a_row_are_read_as_they_are_listed() {
         parameters! {

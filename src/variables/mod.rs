@@ -44,7 +44,7 @@ pub enum Kind {
     Enumeration(&'static Enumeration),
 }
 
-/// What a variable is for, and thereby when it may be set.
+/// Role of a variable, and thereby when it may be set.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Role {
     /// The independent variable, time.
@@ -66,7 +66,7 @@ pub enum Role {
 pub struct Chosen {
     /// Its value reference.
     pub reference: u32,
-    /// What there is to choose from.
+    /// Items to choose from.
     pub of: &'static Enumeration,
 }
 
@@ -79,7 +79,7 @@ pub struct Case {
     pub item: i32,
 }
 
-/// What a parameter means to those that would know it by its name otherwise: to a model that knows the friction of its contact
+/// Meaning of a parameter for a model that would know it by its name otherwise: one that knows the friction of its contact
 /// itself, for example.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Meaning {
@@ -89,7 +89,7 @@ pub enum Meaning {
     CoulombFriction,
     /// By how much the static friction exceeds the Coulomb friction.
     StaticExcess,
-    /// What grows in proportion to the velocity.
+    /// Friction in proportion to the velocity.
     ViscousFriction,
     /// The exponent of the Stribeck curve.
     StribeckExponent,
@@ -97,12 +97,12 @@ pub enum Meaning {
     FrictionLaw,
     /// When samples are taken.
     Sampling,
-    /// How a run is computed, not what is computed.
+    /// Computation of a run, not its result.
     Solving,
 }
 
-/// What is added to the value reference of an enumeration parameter for that of the Integer that can choose for it; no
-/// other variables have such references.
+/// Offset of the value reference of the Integer that can choose for an enumeration parameter; no other variables have such
+/// references.
 const NUMBERS: u32 = 20_000;
 
 /// One variable of a model.
@@ -116,7 +116,7 @@ pub struct Variable {
     pub kind: Kind,
     /// Causality and variability.
     pub role: Role,
-    /// What an engineer needs to know about it.
+    /// Description for an engineer.
     pub description: String,
     /// Start value of inputs and parameters.
     pub start: Option<f64>,
@@ -138,7 +138,7 @@ pub struct Variable {
     pub chooses: Option<Chosen>,
     /// The choice for which alone this parameter counts: that of a friction law for the parameters of the law.
     pub counts_for: Option<Case>,
-    /// What a parameter means, whatever its name is.
+    /// Meaning of a parameter, independent of its name.
     pub meaning: Option<Meaning>,
     /// Whether equations hold a parameter as a number that they can be differentiated by.
     pub varies: bool,

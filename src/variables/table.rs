@@ -37,7 +37,7 @@ pub struct Table {
     states: Vec<Option<usize>>,
     /// Places of the enumeration parameters, in the order of the Integers that can choose for them: the last parameters.
     numbered: Vec<usize>,
-    /// How many elements the array has that begins with a variable: 1 if it is none, 0 for its further elements.
+    /// Number of elements of the array that begins with a variable: 1 if it is none, 0 for its further elements.
     lengths: Vec<usize>,
     /// Indices in the order of the names.
     by_name: Vec<usize>,
@@ -156,7 +156,7 @@ impl Table {
         self
     }
 
-    /// What is wrong with the table, by the name of a variable; no run starts then.
+    /// Error in the table, by the name of a variable; no run starts then.
     pub fn problem(&self) -> Option<&ParameterError> {
         self.problem.as_ref()
     }
@@ -189,7 +189,7 @@ impl Table {
         self.lengths.iter().copied().zip(&self.variables).filter(|(length, _)| *length > 0)
     }
 
-    /// How many elements the array has that begins with the variable of a value reference, if there is one.
+    /// Number of elements of the array that begins with the variable of a value reference, if there is one.
     pub fn length_at(&self, reference: u32) -> Option<usize> {
         let index = *self.by_reference.get(reference as usize)?;
         (index != NONE).then(|| self.lengths[index as usize]).filter(|length| *length > 0)
@@ -273,7 +273,7 @@ impl Table {
         references
     }
 
-    /// How many continuous states there are.
+    /// Number of continuous states.
     pub fn number_of_states(&self) -> usize {
         self.states.iter().flatten().count()
     }
@@ -303,8 +303,8 @@ impl<'a> IntoIterator for &'a Table {
     }
 }
 
-/// How many characters have to be inserted, removed or replaced to make one word of another, whatever the case
-/// (Levenshtein 1966, Soviet Physics Doklady 10(8):707-710).
+/// Edit distance: characters to insert, remove or replace to turn one word into another, ignoring case (Levenshtein 1966,
+/// Soviet Physics Doklady 10(8):707-710).
 fn distance(one: &str, other: &str) -> usize {
     let letters = |word: &str| word.to_lowercase().chars().collect::<Vec<_>>();
     let (one, other) = (letters(one), letters(other));

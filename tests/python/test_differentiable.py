@@ -29,7 +29,7 @@ SCALES = np.array([1e-8, 1.0])
 
 
 def voltage() -> np.ndarray:
-    """Rising, so that the play of the valve is not at its edge."""
+    """Rising, so that the hysteresis of the valve is not at its edge."""
     return np.linspace(6.0, 7.0, STEPS)[None]
 
 

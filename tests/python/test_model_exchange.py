@@ -1,4 +1,4 @@
-"""Model exchange: FMPy integrates the FMU with CVODE and finds what the solver inside finds."""
+"""Model exchange: FMPy integrates the FMU with CVODE, with the results of co-simulation."""
 
 from __future__ import annotations
 

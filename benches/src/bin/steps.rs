@@ -1,4 +1,4 @@
-//! Runs communication steps of 1 ms with a fresh input: `steps <library> <law> <number> [<parameter>=<value> ...]`, for a
+//! Runs communication steps of 1 ms with a new input sample: `steps <library> <law> <number> [<parameter>=<value> ...]`, for a
 //! profiler that counts instructions of an FMU's shared library. The voltages are worked out beforehand, always as many: the
 //! sine of a host is no part of a step.
 

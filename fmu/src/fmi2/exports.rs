@@ -140,7 +140,7 @@ exports! {
         get(instance, Base::Absent("String"), references, number, values, |_| ptr::null())
     };
 
-    /// Sets real inputs, parameters and, for a solver outside, states: all of them, or none if one is refused.
+    /// Sets real inputs, parameters and, in model exchange, states: all of them, or none if one is refused.
     fn fmi2SetReal(references: *const ValueReference, number: usize, values: *const Real) => Set, |instance| {
         set(instance, Base::Real, references, number, values, |value| value)
     };

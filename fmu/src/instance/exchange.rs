@@ -1,4 +1,4 @@
-//! Model exchange: answers to a solver outside.
+//! Model exchange: answers to the importer's solver.
 
 use super::Instance;
 use super::record::Kind;
@@ -6,7 +6,7 @@ use crate::calls::Mode;
 use crate::failure::Failure;
 use pneumatic_servo::model_exchange::{Exchange, ExchangeError, Update};
 
-/// The vectors of a solver outside.
+/// The vectors of the importer's solver.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Vector {
     /// The continuous states.

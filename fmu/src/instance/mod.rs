@@ -1,4 +1,4 @@
-//! An instance and its life, whatever the version of the standard; nothing here names one.
+//! An instance and its life, for all versions of the standard.
 //!
 //! | file | what it does |
 //! |---|---|

@@ -11,9 +11,9 @@ use pneumatic_servo::variables::Notices;
 
 /// A running model.
 enum Way {
-    /// With the solver inside, and during initialization.
+    /// Co-simulation, and initialization.
     Inside(Box<dyn Simulation>),
-    /// With the solver outside, from the end of the initialization on.
+    /// Model exchange, from the end of the initialization on.
     Outside(Box<dyn Exchange>),
 }
 
@@ -74,7 +74,7 @@ impl Run {
         }
     }
 
-    /// The model for a call of a solver outside that changes it.
+    /// The model for a call of the importer's solver that changes it.
     pub fn outside(&mut self, layout: &Layout, record: &Record) -> Result<&mut dyn Exchange, Failure> {
         self.is_computed = false;
         match self.ready(layout, record)? {
@@ -83,7 +83,7 @@ impl Run {
         }
     }
 
-    /// Looks at the model as a solver outside sees it, or will see it after the initialization.
+    /// Looks at the model as the importer's solver sees it, or will see it after the initialization.
     pub fn look_from_outside(
         &mut self,
         layout: &Layout,
@@ -111,7 +111,7 @@ impl Run {
         }
     }
 
-    /// Writes the event indicators as a solver outside sees them.
+    /// Writes the event indicators for the importer's solver.
     pub fn indicators(&mut self, layout: &Layout, record: &Record, values: &mut [f64]) -> Result<(), Failure> {
         match self.ready(layout, record)? {
             Way::Outside(exchange) => exchange.indicators(values),
@@ -125,7 +125,7 @@ impl Run {
         Ok(())
     }
 
-    /// Hands the model, as it has started, to a solver outside.
+    /// Hands the started model to the importer's solver.
     pub fn go_outside(&mut self, layout: &Layout, record: &Record) -> Result<(), Failure> {
         let outside = exchange(self.inside(layout, record)?, layout)?;
         self.way = Some(Way::Outside(outside));
@@ -274,7 +274,7 @@ impl Run {
     }
 }
 
-/// Starts the model, with the solver inside. What that takes of the stack is given back before the run is used.
+/// Starts the model for co-simulation. Its stack is released before the run is used.
 #[cold]
 #[inline(never)]
 fn start(layout: &Layout, record: &Record) -> Result<Way, Failure> {
@@ -282,7 +282,7 @@ fn start(layout: &Layout, record: &Record) -> Result<Way, Failure> {
     Ok(Way::Inside(layout.model.begin(&record.start())?))
 }
 
-/// The model of a simulation with its solver outside.
+/// The model of a simulation in model exchange.
 fn exchange(simulation: &dyn Simulation, layout: &Layout) -> Result<Box<dyn Exchange>, Failure> {
     let none = || Failure::error(format!("{} has no continuous states", layout.model.name));
     simulation.exchange(layout.model.indicators()).ok_or_else(none)

@@ -25,8 +25,8 @@ fn settable(role: Role) -> &'static [Mode] {
     }
 }
 
-/// The modes in which a continuous state may be set: those of a solver outside, and the first, in which hosts may send back
-/// the start values of the description.
+/// The modes in which a continuous state may be set: in model exchange, and the first, in which hosts may send back the start
+/// values of the description.
 const STATES_SETTABLE: &[Mode] = &[Mode::Instantiated, Mode::Event, Mode::ContinuousTime];
 
 impl Instance {

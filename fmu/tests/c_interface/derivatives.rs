@@ -233,7 +233,7 @@ fn directional_derivatives_are_linear() {
     }
 }
 
-/// What depends on time alone is the walk of the slider's tray, in closed form a sine.
+/// The slider's tray depends on time alone, in closed form a sine.
 #[test]
 fn derivatives_by_time_hold_inputs_and_states() {
     let slider = model("DrivenSlider");

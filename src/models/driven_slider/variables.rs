@@ -51,10 +51,10 @@ mod depends {
     pub const R: u32 = State::Position.reference();
     pub const U: u32 = State::Velocity.reference();
 
-    /// What decides whether a law without states of its own holds the mass.
+    /// Dependencies of the decision whether a law without states of its own holds the mass.
     pub const LOAD: &[u32] = &[TIME, FORCE, R, U];
 
-    /// What friction and acceleration depend on.
+    /// Dependencies of friction and acceleration.
     pub fn motion() -> Vec<u32> {
         [LOAD.to_vec(), states::references(references::CONTACT)].concat()
     }

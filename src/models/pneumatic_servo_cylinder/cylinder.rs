@@ -43,7 +43,7 @@ pub struct PneumaticServoCylinder<L = Friction, A = Actuator, const EXTENDED: bo
     pub(super) exhaust: Reservoir,
     pub(super) leaks: Option<Leaks>,
     pub(super) stops: EndStops,
-    /// What moves the carriage.
+    /// Drive of the carriage.
     pub(super) guidance: Guidance,
     pub(super) friction: FrictionContact<L>,
     /// Inverse of the moving mass in 1/kg.
@@ -140,7 +140,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
         cylinder
     }
 
-    /// How many states there are, whatever the number of inputs.
+    /// Number of states, for every number of inputs.
     pub fn states(&self) -> usize {
         State::OTHERS + self.friction.count() + self.lines.states() + self.sensors.states()
     }
@@ -160,7 +160,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
 pub(super) type Listed<L, A> =
     (Parameters, Options, Sensors, <A as Actuating>::Parameters, ContactLaw<L, { Law::Stribeck as i32 }>);
 
-/// What the equations are made of.
+/// Parts of the equations.
 pub(super) struct Parts<L, A> {
     pub parameters: Parameters,
     pub options: Options,

@@ -77,7 +77,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
         Pair([position, -position + self.p.stroke])
     }
 
-    /// What flows into the chambers; writes the rates of the lines, where there are any.
+    /// Flow into the chambers; writes the rates of the lines, where there are any.
     #[inline(always)]
     pub(super) fn flows<S: Scalar>(
         &self,
@@ -94,7 +94,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
         flows.into
     }
 
-    /// What flows into the chambers from the supply, from the exhaust and from each other, without lines between.
+    /// Flow into the chambers from the supply, from the exhaust and from each other, without lines between.
     #[inline(always)]
     pub(super) fn inflow<S: Scalar>(
         &self,
@@ -106,7 +106,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
         self.leaks.as_ref().map_or(fed, |leaks| fed + leaks.inflow(gas, self.surroundings()))
     }
 
-    /// What the actuator lies between; a supply below ambient acts as ambient.
+    /// Surroundings of the actuator; a supply below ambient acts as ambient.
     #[inline(always)]
     pub(super) fn ports<S: Scalar>(&self, supply: S) -> Ports<'_, S> {
         Ports {
@@ -326,10 +326,10 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
     }
 }
 
-/// What flows in the lines.
+/// Flows in the lines.
 #[derive(Clone, Debug)]
 pub struct LineFlows<S> {
-    /// What flows into the chambers through their ports.
+    /// Flow into the chambers through their ports.
     pub into: Inflow<Pair<S>>,
     /// Mass flow in kg/s from outside into all of it: from supply and exhaust, and past the piston from a chamber that is
     /// open.
@@ -338,7 +338,7 @@ pub struct LineFlows<S> {
     pub rates: [S; LINE_STATES],
 }
 
-// What flows in the lines, and where their states stand among those of the cylinder.
+// Flows in the lines, and the indices of their states in the cylinder's vector.
 impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<L, A, EXTENDED> {
     /// Places of the states of the lines, and their indices among `n` states.
     pub(super) fn places_of_lines(&self, n: usize) -> impl Iterator<Item = (usize, usize)> {
@@ -398,7 +398,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
         (EXTENDED && self.lines.vessel.is_some()).then(|| x[index()])
     }
 
-    /// What flows in lines that are there.
+    /// Flows in existing lines.
     pub(super) fn through_lines<S: Scalar>(&self, x: &[S], supply: S, gas: GasState<Pair<S>>) -> LineFlows<S> {
         let (states, mut rates) = (self.of_lines(x), [S::zero(); LINE_STATES]);
         let lines = &self.lines;
@@ -453,7 +453,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
     }
 }
 
-// What the sensors measure and read, and where their states stand among those of the cylinder.
+// Measured quantities and readings of the sensors, and the indices of their states in the cylinder's vector.
 impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<L, A, EXTENDED> {
     /// Takes the samples of the sensors that are due at a time in s.
     pub(super) fn take_readings<S: Varying, const N: usize>(
@@ -486,7 +486,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
         std::array::from_fn(|place| x[Self::first_of_sensors(x.len()) + place])
     }
 
-    /// What the sensors measure, at an acceleration of the carriage, unless it is held, and a friction force in N.
+    /// Measured quantities, at an acceleration of the carriage, unless it is held, and a friction force in N.
     pub(super) fn measured<S: Scalar>(
         &self,
         time: S,
@@ -596,7 +596,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
     ) -> [f64; QUANTITIES] {
         let rate = self.rate(time, x, u, memory);
         let gas = self.gas(x);
-        // What leaks past the piston stays inside, or leaves an open chamber B.
+        // Leakage past the piston stays inside, or leaves an open chamber B.
         let (inflow, mass_flow) = if self.has_lines() {
             let flows = self.through_lines(x, u.supply_pressure, gas);
             (flows.into, flows.received)
@@ -636,7 +636,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
 
 // The computed variables.
 impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<L, A, EXTENDED> {
-    /// Writes the computed variables, of which the table has as many whatever the number of states.
+    /// Writes the computed variables, whose number does not depend on the number of states.
     // Compiled once for all these numbers.
     #[inline(never)]
     pub(super) fn write_outputs<S: Scalar>(

@@ -128,7 +128,7 @@ impl Lines {
         self.longest_steps
     }
 
-    /// How many of their states are integrated.
+    /// Number of integrated states.
     pub fn states(&self) -> usize {
         self.count
     }
@@ -194,7 +194,7 @@ impl Lines {
         std::array::from_fn(|place| if is_pressure(place) { 1e5 } else { 1e-3 })
     }
 
-    /// Between which values of the states a solver outside gets the equations as they are.
+    /// Values of the states between which the equations hold for an importer's solver.
     pub fn limits(&self) -> [Limits; LINE_STATES] {
         let scales = Self::scales();
         std::array::from_fn(|place| {
@@ -208,7 +208,7 @@ impl Lines {
 }
 
 impl Restriction {
-    /// What is at the port of a chamber, if anything.
+    /// Restriction at the port of a chamber, if any.
     fn new(options: &Options, side: usize) -> Option<Self> {
         let (throttle, free) = (options.throttles()[side], options.throttle_free);
         let throttled = if throttle > 0.0 { throttle } else { free };
@@ -423,12 +423,11 @@ fn state(place: usize) -> Variable {
     variable.text(&format!("{text}; 0 if there is none"))
 }
 
-/// What the rate of a state of a hose depends on.
+/// Dependencies of the rate of a state of a hose.
 fn depends_of_hose(place: usize, of_valve: &[u32], gas: &[u32; 3]) -> Vec<u32> {
     let (first, number) = (place / HOSE * HOSE, place % HOSE);
     let pressure = |number: usize| reference(first + number);
-    // What flows in a column, and through it: its own flow and the pressures at its ends, of which the last one may be
-    // that of the chamber.
+    // Flow of a column, from its own flow and the pressures at its ends, of which the last one may be the chamber's.
     let column = |number: usize| {
         let mut depends = vec![pressure(number), pressure(number + 1), reference(first + VOLUMES + number)];
         depends.extend((number == COLUMNS - 1).then_some(gas[0]));

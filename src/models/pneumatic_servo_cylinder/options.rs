@@ -140,7 +140,7 @@ impl Options {
         [self.throttle_a, self.throttle_b]
     }
 
-    /// What moves the carriage.
+    /// Drive of the carriage.
     pub(super) fn guidance(&self) -> Guidance {
         match self.motion {
             Motion::Free => Guidance::Free,
@@ -197,7 +197,7 @@ impl Options {
         -(position - self.spring_rest) * self.spring_stiffness
     }
 
-    /// What the pressure difference adds to the load level.
+    /// Increase of the load level by the pressure difference.
     pub fn added_level<S: Scalar>(&self, Pair([p_a, p_b]): Pair<S>) -> S {
         (p_a - p_b).abs() * self.kappa_difference
     }

@@ -19,7 +19,7 @@ use crate::system::{
 };
 use crate::variables::{Notice, Notices, ParameterError, Values};
 
-/// How many times larger the errors of the states of a friction law may be than those of other states: what they do to
+/// Factor by which the errors of the states of a friction law may exceed the errors of other states: their effect on
 /// position and friction force stays far below the promised accuracy, and they would take most of the steps.
 const FRICTION_ALLOWANCE: f64 = 10.0;
 
@@ -296,7 +296,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool, const U: usize> System<
     }
 
     fn admit<const N: usize>(&self, x: &[f64; N]) -> Result<(), &'static str> {
-        /// What has no meaning if one of these is not above 0: volumes, pressures, temperatures.
+        /// Names of the quantities that must be above 0: volumes, pressures, temperatures.
         const REASONS: [&str; 6] = [
             "the volume of chamber A vanishes",
             "the volume of chamber B vanishes",
@@ -375,7 +375,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool, const U: usize> System<
             && memory.motion.is_sound()
     }
 
-    // What makes runs faster.
+    // Hints for speed.
 
     fn at_hand<S: Varying, const N: usize>(&self, place: usize, x: &[S; N], memory: &Self::Memory<S>) -> Option<S> {
         const POSITION: usize = Outputs::PLACES.position;
@@ -509,13 +509,13 @@ fn act_on_actuator_alone<S: Scalar, const U: usize>(inputs: [&[S; U]; 2]) -> boo
 /// A smooth piece of the equations.
 #[derive(PartialEq)]
 pub(super) struct Piece {
-    /// That of the flows of the actuator.
+    /// Smooth region of the flows of the actuator.
     of_actuator: Pair<Real>,
-    /// That of the flow into a vessel.
+    /// Smooth region of the flow into a vessel.
     into_vessel: f64,
-    /// Those of the flows from hoses through restrictions into the chambers.
+    /// Smooth regions of the flows from hoses through restrictions into the chambers.
     into_chambers: [f64; 2],
-    /// Those of the leaks, and the side of equal pressures where these are a kink.
+    /// Smooth region of the leaks, and the side of equal pressures where these are a kink.
     of_leaks: Pair<Real>,
     /// The stops that act.
     touched: [bool; 2],

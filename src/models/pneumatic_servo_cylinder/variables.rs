@@ -16,7 +16,7 @@ pub const RESIDUALS: usize = 2;
 /// Makes [`ByPart`] of the parts in their order.
 macro_rules! by_part {
     ($($part:ident),*) => {
-        /// What there is of each part that has computed variables: lists of them, how many they are, or slots for their values.
+        /// Values for each part with computed variables: lists of the variables, their numbers, or slots for their values.
         pub(super) struct ByPart<T> { $(pub $part: T),* }
 
         impl<T> ByPart<T> {
@@ -78,8 +78,8 @@ mod depends {
     pub const T_A: u32 = State::TemperatureA.reference();
     pub const T_B: u32 = State::TemperatureB.reference();
 
-    /// What the mass flow into a chamber depends on; the laminar leakage past the piston, on both pressures, a cushion on
-    /// the position.
+    /// Dependencies of the mass flow into a chamber; of the laminar leakage past the piston on both pressures, of a cushion
+    /// on the position.
     pub fn flow(chamber: usize) -> Vec<u32> {
         let lines = feeds(chamber).to_vec();
         [vec![FEED[chamber]], vec![P_A, P_B, [T_A, T_B][chamber], X], lines].concat()
@@ -98,24 +98,24 @@ mod depends {
         variable.depends_on(&known)
     }
 
-    /// What the rates of a chamber depend on; what leaks past the piston brings the temperature upstream along.
+    /// Dependencies of the rates of a chamber; leakage past the piston has the upstream temperature.
     pub fn gas(chamber: usize) -> Vec<u32> {
         [flow(chamber), vec![[T_B, T_A][chamber]], MOVING.to_vec()].concat()
     }
 
-    /// What decides whether a law without states of its own holds the mass.
+    /// Dependencies of the decision whether a law without states of its own holds the mass.
     pub const LOAD: &[u32] = &[references::TIME, FORCE, IMPOSED_POSITION, IMPOSED_VELOCITY, X, V, P_A, P_B];
 
-    /// What velocity and load level depend on.
+    /// Dependencies of velocity and load level.
     pub const SLIDING: &[u32] = &[X, V, IMPOSED_VELOCITY, P_A, P_B];
 
-    /// What the limits of friction under an imposed motion depend on.
+    /// Dependencies of the limits of friction under an imposed motion.
     pub fn limits() -> Vec<u32> {
         let own = [references::TIME, IMPOSED_VELOCITY, X, P_A, P_B];
         [own.to_vec(), states::references(references::CONTACT)].concat()
     }
 
-    /// What friction and acceleration depend on.
+    /// Dependencies of friction and acceleration.
     pub fn motion() -> Vec<u32> {
         [LOAD.to_vec(), states::references(references::CONTACT)].concat()
     }

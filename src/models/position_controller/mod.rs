@@ -214,7 +214,7 @@ impl Parameters {
         kinks
     }
 
-    /// What is shown of it.
+    /// Outputs of the controller.
     fn shown<S: Scalar>(&self, last: &Last<S>) -> Outputs<S> {
         Outputs {
             voltage: S::of(f64::from(self.polarity)) * last.effort + S::along(self.neutral),
@@ -226,7 +226,7 @@ impl Parameters {
     }
 }
 
-/// How far a sample is from where its formula changes: 0 just there.
+/// Distances of a sample from the kinks of its formula: 0 exactly there.
 struct Kinks<S> {
     /// The wanted velocity from its limit.
     wanted: S,
@@ -240,7 +240,7 @@ struct Kinks<S> {
     integral: S,
 }
 
-/// What is left to the nearer limit, on either side of it.
+/// Distance to the nearer limit, on either side of it.
 fn left<S: Scalar>(number: S, limit: S) -> S {
     if number.value() < 0.0 { limit + number } else { limit - number }
 }
@@ -275,7 +275,7 @@ struct PositionController<S: Varying> {
     lost: Option<NoDerivative>,
 }
 
-/// What has been sampled.
+/// Samples of the inputs.
 #[derive(Clone, Serialize, Deserialize)]
 #[serde(bound(serialize = "", deserialize = ""))]
 struct Memory<S: Varying> {
@@ -286,7 +286,7 @@ struct Memory<S: Varying> {
     last: Last<S>,
 }
 
-/// What the last sample left.
+/// State after the last sample.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 struct Last<S> {
     /// Reference in m.
@@ -300,7 +300,7 @@ struct Last<S> {
 }
 
 impl<S: Varying> Last<S> {
-    /// What there is before the first sample, under inputs.
+    /// State before the first sample, under inputs.
     fn none(input: &Inputs<S>) -> Self {
         let none = S::zero();
         Self { reference: input.reference, error: none, wanted: none, command: none, integral: none, effort: none }
@@ -373,7 +373,7 @@ impl<S: Varying> PositionController<S> {
     }
 }
 
-/// What a saved controller remembers.
+/// Discrete state of a saved controller.
 fn saved(snapshot: &Snapshot) -> Result<Memory<Real>, SnapshotError> {
     let memory: Memory<Real> = postcard::from_bytes(&snapshot.memory).map_err(|_| SnapshotError::Unreadable)?;
     if !snapshot.states.is_empty() {

@@ -65,15 +65,15 @@ mod depends {
     pub const V2: u32 = State::Velocity.reference();
     pub const X1: u32 = State::InternalPosition.reference();
     pub const V1: u32 = State::InternalVelocity.reference();
-    /// What spring and damper between the masses depend on.
+    /// Dependencies of spring and damper between the masses.
     pub const SPRING: &[u32] = &[X2, V2, X1, V1];
-    /// What the force between the masses depends on.
+    /// Dependencies of the force between the masses.
     pub const INTERNAL: &[u32] = &[TIME, X2, V2, X1, V1];
 
-    /// What decides whether a law without states of its own holds the mass.
+    /// Dependencies of the decision whether a law without states of its own holds the mass.
     pub const LOAD: &[u32] = &[TIME, FORCE, X2, V2, X1, V1];
 
-    /// What friction and acceleration of the body depend on.
+    /// Dependencies of friction and acceleration of the body.
     pub fn body() -> Vec<u32> {
         [LOAD.to_vec(), states::references(references::CONTACT)].concat()
     }

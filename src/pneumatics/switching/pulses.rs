@@ -15,11 +15,11 @@ use crate::system::Sample;
 pub struct Driver {
     /// Frequency `f` in Hz.
     pub frequency: Tangent,
-    /// What the armatures do.
+    /// State of the armatures.
     pub armature: Armature,
 }
 
-/// How an armature follows its coil.
+/// Motion of an armature after its coil.
 ///
 /// ```text
 /// coil on  for longer than the opening delay: dy/dt = +1/travel until y = 1
@@ -70,7 +70,7 @@ struct Motion<S> {
     arrives: Option<Moment<S>>,
 }
 
-/// What happens next.
+/// Next event.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Happening {
     Arrival(usize),
@@ -130,8 +130,8 @@ impl Driver {
 
     /// Whether one moment is before another by more than rounding.
     fn is_before<S: Scalar>(&self, first: Moment<S>, second: Moment<S>) -> bool {
-        /// Those of the voltage, the duty cycle, the times made of it, and their difference. The first two are of the size of
-        /// a whole period, however short the pulse.
+        /// Roundings of the voltage, the duty cycle, the times computed from it, and their difference. The first two are of
+        /// the size of a whole period, however short the pulse.
         const ROUNDINGS: f64 = 8.0;
         let frequency = self.frequency.value;
         let periods = (second.period as f64 - first.period as f64) / frequency;

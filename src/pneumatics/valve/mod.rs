@@ -16,7 +16,7 @@ use crate::variables::{ParameterError, Tunable, Variable, units};
 pub use self::edges::{Characteristic, Edges, Opening, Port};
 pub use self::parameters::Parameters;
 
-/// How a spool follows a voltage of 0 to 10 V about the centre.
+/// Dynamics of a spool under a voltage of 0 to 10 V about the centre.
 ///
 /// ```text
 /// u   = clamp((V - V_c)/5, -1, 1)*polarity                   command, V_c = 5 V less the electrical offset
@@ -61,7 +61,7 @@ impl Spool {
         PI / self.stiffness.value.sqrt()
     }
 
-    /// How far from the set point it comes from a distance to it, and a velocity.
+    /// Reach from the set point after a distance from it and a velocity.
     fn reach(&self, distance: f64, velocity: f64) -> f64 {
         (distance * distance + velocity * velocity / self.stiffness.value).sqrt()
     }
@@ -88,7 +88,7 @@ impl Spool {
         }
     }
 
-    /// What a distance from the set point and a velocity become in a time in s, as a matrix of two rows.
+    /// Transition matrix of the distance from the set point and the velocity over a time in s, as two rows.
     ///
     /// ```text
     /// exp(-d*t)*| c + d*s     s     |   d = zeta*wn, w^2 = wn^2 - d^2
@@ -187,8 +187,8 @@ pub struct ProportionalValve {
     bandwidth: f64,
 }
 
-/// How many times larger the errors of the spool may be than those of other states: what they do to position and force
-/// stays far below the promised accuracy, and they would take most of the steps.
+/// Factor by which the errors of the spool may exceed the errors of other states: their effect on position and force stays
+/// far below the promised accuracy, and they would take most of the steps.
 const ALLOWANCE: f64 = 30.0;
 
 impl Actuating for ProportionalValve {
@@ -474,7 +474,8 @@ mod tests {
         );
     }
 
-    /// What the spool does besides a parabola counts as an error, with its weight; the velocity has no effect of its own.
+    /// The departure of the spool from a parabola counts as an error, with its weight; the velocity has no effect of its
+    /// own.
     #[test]
     fn bend_is_the_weighted_difference_from_the_true_middle() {
         let valve = ProportionalValve::new(Parameters::read(&starts()).expect("legal")).expect("legal");

@@ -13,7 +13,7 @@ const SHORTEST_REACH: f64 = 1e-6;
 const LONGEST_REACH: f64 = 0.1;
 const RECOVERY: f64 = 1.1;
 
-/// Which method the adaptive scheme uses, where the equations may turn out to be gentle or stiff.
+/// Which method the adaptive scheme uses, where the equations may be stiff or not.
 ///
 /// The explicit method goes first. Where many of its steps are needed, the implicit one tries a step as long as it must
 /// be to pay, and goes on for as long as that succeeds, at most to the end of the communication step.

@@ -9,10 +9,10 @@ use crate::system::{Counters, System};
 
 /// Switches at one instant before it counts as chattering.
 const MAX_SWITCHES: usize = 100;
-/// How far from the end of a step, as a fraction of it, the cubic through its ends takes its place: it differs from the
-/// motion by the square of this, times what the estimated error is.
+/// Distance from the end of a step, as a fraction of it, within which the cubic through its ends replaces it: it differs
+/// from the motion by the square of this, times the estimated error.
 const NEAR: f64 = 1.0 / 128.0;
-/// How exact the first guess of a crossing is, as a fraction of the step.
+/// Accuracy of the first guess of a crossing, as a fraction of the step.
 const GUESS: f64 = 1e-3;
 /// Trial steps to locate an event; one is enough as a rule.
 const MAX_REFINEMENTS: usize = 60;

@@ -8,7 +8,7 @@ use crate::solver::event::Hermite;
 use crate::solver::values;
 use crate::system::System;
 
-/// How well a kink is located, as a fraction of the step.
+/// Accuracy of the location of a kink, as a fraction of the step.
 const RESOLUTION: f64 = 1.0 / 4096.0;
 /// Where in a step a kink is taken for the reason of an error.
 const WELL_WITHIN: Range<f64> = 1e-3..0.98;
@@ -102,7 +102,7 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
 
     /// The fraction of a step of a size in s that ends on a kink; behind it, steps may be as long again.
     pub(super) fn go_for(&mut self, kink: Kink, h: f64) -> f64 {
-        // Those of the midpoint rule are as long as what remains: the size to return to is that of the classical method.
+        // Steps of the midpoint rule are as long as the rest: the size to return to is the classical method's.
         self.beyond = self.beyond.max(if self.is_midpoint { self.step } else { h });
         kink.place
     }

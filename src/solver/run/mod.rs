@@ -22,7 +22,7 @@ use crate::numbers::{Real, Varying};
 use crate::system::{Counters, Held, Hints, Place, QUANTITIES, Sample, System};
 use crate::variables::StateSet;
 
-/// How far a run has come, apart from states and memory of its system.
+/// Progress of a run, apart from states and memory of its system.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Progress {
     /// Time in s.
@@ -76,7 +76,7 @@ pub struct Run<H: System<U>, const N: usize, const U: usize, S: Varying = Real> 
     linearisation: Linearisation<N, S>,
     /// Whether the linearisation is that of the present states, memory and inputs.
     is_linearised: bool,
-    /// What is known of the sizes of explicit steps.
+    /// Strides of explicit steps.
     strides: Strides<S>,
     /// Error of the step tried last.
     error: [S; N],
@@ -84,7 +84,7 @@ pub struct Run<H: System<U>, const N: usize, const U: usize, S: Varying = Real> 
     end_slope: [S; N],
     /// Error of the explicit step tried last if it crosses a kink.
     bend: [S; N],
-    /// What the system says of the present mode.
+    /// Hints of the system for the present mode.
     hints: Hints,
     /// Size in s of the step that met the kink on which the next one is to end; 0 if none is to.
     beyond: f64,
@@ -206,7 +206,7 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
         &self.system
     }
 
-    /// How it is integrated.
+    /// Settings of the integration.
     pub fn settings(&self) -> &Settings {
         &self.settings
     }
@@ -219,12 +219,12 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
         (self.is_settled, self.indicators_hold) = (false, false);
     }
 
-    /// What has been done so far.
+    /// Work done so far.
     pub fn counters(&self) -> Counters {
         self.counters
     }
 
-    /// How far the run has come.
+    /// Progress of the run.
     pub fn progress(&self) -> Progress {
         let &Self { time, step, choice, counters, balance, pending, .. } = self;
         let pending = pending.map(|event| event as u32);
@@ -236,7 +236,7 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
         self.consistent(|x, memory| self.system.indicators(S::of(self.time), x, &self.inputs.at(self.time), memory))
     }
 
-    /// What the system holds of each conserved quantity beyond what its account allows; 0 if none is kept.
+    /// Content of the system of each conserved quantity beyond the account; 0 without one.
     pub fn residuals(&self) -> [f64; QUANTITIES] {
         if !self.settings.keeps_balance {
             return [0.0; QUANTITIES];

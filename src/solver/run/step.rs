@@ -16,7 +16,8 @@ const SAFETY: f64 = 0.9;
 const LOOSE: f64 = 1e-4;
 /// Fraction of the tolerance that an explicit step across a kink may use up.
 const KINK_SHARE: f64 = 0.1;
-/// What counts as error, where the estimate of the explicit method is too small, of the difference from the midpoint rule.
+/// Share of the difference from the midpoint rule that counts as error, where the estimate of the explicit method is too
+/// small.
 const BEND_SHARE: f64 = 0.3;
 const MAX_GROWTH: f64 = 5.0;
 const MAX_SHRINKAGE: f64 = 0.1;
@@ -293,7 +294,7 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
         let varied = self.refined(h, end_time, end);
         self.move_to(end_time, varied.as_ref().unwrap_or(end), self.is_explicit && !self.inputs.vary(), event);
         self.step = if self.is_midpoint {
-            // That of the classical method is another.
+            // The classical method has another step size.
             self.step.max(beyond)
         } else if self.settings.is_adaptive() {
             let growth = SAFETY / fourth_root(error.max(1e-8));

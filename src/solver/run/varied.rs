@@ -40,7 +40,7 @@ const NEGLIGIBLE: f64 = 1e-3;
 /// The smallest part of a step that slopes ask for, and that beside a kink, behind which a stage may look.
 const SMALLEST_PIECE: f64 = 1e-4;
 const SMALLEST_BESIDE_KINK: f64 = 1e-9;
-/// How many kinks within a step are told from each other.
+/// Largest number of separate kinks within a step.
 const MOST_KINKS: usize = 4;
 
 /// An event that a run in numbers with slopes has come through.

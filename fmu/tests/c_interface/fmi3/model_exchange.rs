@@ -1,4 +1,4 @@
-//! Model exchange: all that a solver outside asks for is what FMI 2.0 tells.
+//! Model exchange: all answers to the importer's solver equal FMI 2.0's.
 
 use super::{INDICATORS, STATES, STRIBECK};
 use crate::common::fmi3::{Instance3, LIBRARY3, Way};
