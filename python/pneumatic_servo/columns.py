@@ -24,7 +24,7 @@ class Table:
     Attributes
     ----------
     file : Path
-        Where they come from.
+        File of the columns.
     header : list of str
         Names as they are written there.
     names : list of str

@@ -104,7 +104,7 @@ class Trajectory:
             found = self._pushed_at_rest(parameters, inputs, added, seeds)
         lacking = np.isnan(found).any(axis=0)
         if lacking.any():
-            raise NoDerivative(float(self.times[np.argmax(lacking)]), "what is recorded", resting.REASON)
+            raise NoDerivative(float(self.times[np.argmax(lacking)]), "the recorded outputs", resting.REASON)
         return found
 
     def _pushed_at_rest(

@@ -36,9 +36,9 @@ class Refused(ValueError):
     value : float
         The value.
     reason : str
-        What it must be.
+        The requirement that it does not meet.
     time : float or None
-        When it was to be applied, in s.
+        Time in s at which it was to be applied.
     """
 
     def __init__(self, variable: str, value: float, reason: str, time: float | None = None, unit: str = "1") -> None:
@@ -61,11 +61,11 @@ class NoDerivative(ArithmeticError):
     Attributes
     ----------
     time : float
-        When, in s.
+        Time of the point in s.
     event : str
-        What happens there.
+        The event at this point.
     reason : str
-        Why there is none.
+        The reason.
     """
 
     def __init__(self, time: float, event: str, reason: str) -> None:

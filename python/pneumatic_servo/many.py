@@ -40,7 +40,7 @@ class Work:
     grid : tuple
         Start, step, number of steps, and steps per row.
     outputs : list of str
-        What is recorded.
+        Recorded outputs.
     most : int or None
         Solver steps, rejected ones included, after which a run is given up.
     """
@@ -67,7 +67,7 @@ class Work:
         Raises
         ------
         ValueError
-            When the earlier runs are of other work; it says what differs.
+            When the earlier runs differ from these; the message names the difference.
         """
         missing = self.missing(earlier)
         whole = Done(earlier._values.copy(), earlier.rows.copy(), dict(earlier.failures), None, [])
@@ -162,15 +162,15 @@ class Done:
     Attributes
     ----------
     values : ndarray of shape (runs, outputs, rows)
-        What was recorded.
+        Recorded outputs.
     rows : ndarray of shape (runs,)
-        How many rows of each run.
+        Number of rows of each run.
     failures : dict
         Why runs stopped early, by their number.
     ended : exception or None
-        What ended all of them.
+        Exception that ended all runs.
     noticed : list of tuple
-        What was unusual: run, variable, value and remark.
+        Warnings: run, variable, value and remark.
     """
 
     values: Array

@@ -66,7 +66,7 @@ class Model(ModelDescription):
     Attributes
     ----------
     parameters, inputs, outputs, variables : Variables
-        What can be set before a run, what is set while running, what is meant to be watched, and everything.
+        Parameters, inputs, outputs, and all variables.
     stop, step : float
         Duration and step size in s of the default experiment.
 
@@ -171,9 +171,9 @@ class Model(ModelDescription):
             values are the same bits with and without; the run takes longer, and 8 bytes more for each of these,
             variable and row, of 2 GiB at most.
         controller : callable or str, optional
-            What closes a loop: a function of the time in s and a mapping of the plant's variables, which returns inputs
-            by name or the value of the first one. Or the name of a model that is a controller, or the pair of it and
-            its parameters: ``("PositionController", {"gain.position": 10})``; its own inputs, as
+            Controller of a closed loop: a function of the time in s and a mapping of the plant's variables, which
+            returns inputs by name or the value of the first one. Or the name of a controller's model, or the pair of
+            it and its parameters: ``("PositionController", {"gain.position": 10})``; its own inputs, as
             ``referencePosition``, are given among the inputs. It is copied for each run, so that objects may have
             a state.
         period, delay : float, optional
@@ -191,7 +191,7 @@ class Model(ModelDescription):
         ValueError
             For an unknown variable or a value that is refused; the message names variable, value and unit.
         MemoryError
-            When what is to be recorded does not fit into memory.
+            When the record does not fit into memory.
         SimulationError
             When the solver cannot go on; its ``finished`` is the run until then.
         Interrupted
@@ -221,12 +221,12 @@ class Model(ModelDescription):
         self._refuse_twice(settings, inputs)
         if controller is not None:
             if sensitivities:
-                raise ValueError("sensitivities are those of given inputs; a run with a controller has none")
+                raise ValueError("sensitivities need given inputs; a run with a controller has none")
             loop = Loop(self, controller, grid, period, delay)
             with _shown(progress, f"{self.name}", grid.count, " steps") as tell:
                 return self._closed(loop, settings, inputs, outputs, tell)
         if period is not None or delay != 0.0:
-            raise ValueError("period and delay are those of a controller, and none is given")
+            raise ValueError("period and delay are for a controller, and none is given")
         driven = [(name, course(self.inputs, name, given)) for name, given in inputs.items()]
         recorded = self._recorded(outputs, inputs)
         by = names("sensitivities", sensitivities)
@@ -345,7 +345,7 @@ class Model(ModelDescription):
         workers : int, optional
             Number of threads; by default one per core that this process may use.
         executor : concurrent.futures.Executor, optional
-            Who makes the runs instead: a ``ProcessPoolExecutor``, ``client.get_executor()`` of a Dask cluster, or any
+            Executor of the runs: a ``ProcessPoolExecutor``, ``client.get_executor()`` of a Dask cluster, or any
             other. The bits are the same.
         keep_failures : bool
             Whether runs that cannot go on are left with fewer rows instead of raising an error.
@@ -353,7 +353,7 @@ class Model(ModelDescription):
             The ``finished`` of an interrupted call with the same arguments, which may have been pickled: what is
             complete there is not made again.
         controller, period, delay : optional
-            What closes the loop of each run: see `simulate`. Such runs are made one after the other, and inputs are
+            Controller of each run: see `simulate`. Such runs are made one after the other, and inputs are
             the same for all.
         progress : bool or callable
             Whether to show progress on a terminal, or what is called with runs done and runs in all.
@@ -393,7 +393,7 @@ class Model(ModelDescription):
                 raise ValueError("workers and executor are for runs without a controller")
             return self._many_closed(loop, given, inputs, outputs, progress, resume, keep_failures=keep_failures)
         if period is not None or delay != 0.0:
-            raise ValueError("period and delay are those of a controller, and none is given")
+            raise ValueError("period and delay are for a controller, and none is given")
         runs = self._all_fitted(shared, runs)
         driven = {name: courses(self.inputs, name, given, len(runs), grid) for name, given in inputs.items()}
         recorded = self._recorded(outputs, inputs)

@@ -24,7 +24,7 @@ CHOICES = ("mean", "zero", "refuse")
 VOLTAGE = "valveVoltage"
 HARDLY = 1e-6
 """Volts by which the voltage of a run nearby rises or falls at each step."""
-REASON = "more of a voltage that rests does something else than less, unless valve.hysteresis is 0; see at_rest"
+REASON = "left and right derivatives by a constant voltage differ unless valve.hysteresis is 0; see at_rest"
 
 
 def check(at_rest: str) -> None:
@@ -83,5 +83,5 @@ def refuse(names: Sequence[str], by_inputs: Array, points: Array) -> None:
     for name, row in zip(names, np.isnan(by_inputs), strict=True):
         if row.any():
             first = int(np.argmax(row))
-            why = REASON if name == VOLTAGE and rests[first] else "more of it does something else than less"
+            why = REASON if name == VOLTAGE and rests[first] else "its left and right derivatives differ"
             raise NoDerivative(float(points[first]), name, why)

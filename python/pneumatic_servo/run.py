@@ -67,9 +67,9 @@ class Run:
     settings : dict
         Parameters and start values that were given.
     variables : Variables
-        What is recorded.
+        Recorded variables.
     sensitivities : Sensitivities or None
-        How that changes with other variables, if it was asked for.
+        Derivatives of the recorded variables, if they were asked for.
     """
 
     def __init__(
@@ -214,9 +214,9 @@ class Run:
         parameters : sequence of str
             Real parameters by which it is differentiated, too.
         at_rest : str
-            What stands for the derivative by a voltage that rests from one step to the next, where more of it drags the
-            play of the valve and less does not: the ``mean`` of both sides, with which a search can begin, and which
-            takes three times as long; ``zero``; or ``refuse``, an error.
+            Choice of the derivative by a voltage that is constant from one step to the next, whose left and right
+            derivatives differ under valve hysteresis: their ``mean``, with which a search can begin, and which takes
+            three times as long; ``zero``; or ``refuse``, an error.
 
         Returns
         -------
@@ -280,8 +280,8 @@ class Run:
         Parameters
         ----------
         *names : str
-            What to draw, one by one or as a list; by default position, valve voltage, pressures and friction force,
-            as far as recorded.
+            Variables to draw, one by one or as a list; by default position, valve voltage, pressures and friction
+            force, as far as recorded.
 
         Returns
         -------
@@ -338,7 +338,7 @@ class Runs(Sequence[Run]):
     numbers : list of int
         The number of each run: in a part of a study, its number in the study.
     inputs : dict or None
-        What drove them, by which a study that is resumed is known again.
+        Inputs of the runs, by which a resumed study is recognised.
     """
 
     def __init__(

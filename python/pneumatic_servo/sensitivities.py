@@ -31,10 +31,10 @@ class Crossing:
     name : str
         Which.
     rate : float
-        How fast its indicator fell, in its own unit per s: the smaller, the nearer the motion came to missing it. NaN
-        where the indicator has no slope.
+        Rate at which its indicator fell, in its own unit per s: the smaller, the nearer the motion came to missing it.
+        NaN where the indicator has no derivative.
     delays : dict
-        How much later it happens, in s per SI unit of each variable; NaN where there is no derivative.
+        Derivatives of its time, in s per SI unit of each variable; NaN where there is none.
     """
 
     time: float
@@ -49,11 +49,11 @@ class Sensitivities:
     Attributes
     ----------
     names : tuple of str
-        What the run is differentiated by.
+        Variables by which the run is differentiated.
     events : list of Crossing
         The events of the run.
     lost : dict
-        Where there is no derivative any more: a `NoDerivative` by the name of the variable.
+        Points beyond which there is no derivative: a `NoDerivative` by the name of the variable.
     """
 
     def __init__(

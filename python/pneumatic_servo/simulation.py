@@ -240,11 +240,11 @@ class Simulation:
         parameters : sequence of str
             Real parameters with columns of their own.
         outputs : sequence of str
-            Computed variables whose change at the end is asked for.
+            Computed variables, for their derivatives at the end.
         at_rest : str
-            What stands for the derivative by a voltage that rests, where more of it drags the play of the valve and
-            less does not: the ``mean`` of both sides, for which the step is made twice more; ``zero``; or ``refuse``:
-            the column is NaN then, and ``lost``.
+            Choice of the derivative by a constant voltage, whose left and right derivatives differ under valve
+            hysteresis: their ``mean``, for which the step is made twice more; ``zero``; or ``refuse``: the column is
+            NaN then, and ``lost``.
 
         Returns
         -------

@@ -116,7 +116,7 @@ def trajectory(
     stop, step : float, optional
         End and size of the steps in s.
     at_rest : str
-        What stands for the derivative by a voltage that rests: as for `Run.vjp`.
+        Choice of the derivative by a constant voltage: as for `Run.vjp`.
 
     Returns
     -------

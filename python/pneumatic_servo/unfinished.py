@@ -14,7 +14,7 @@ class SimulationError(RuntimeError):
     Attributes
     ----------
     finished : Run, Runs or None
-        What was recorded until then.
+        The record until then.
     """
 
     finished: Run | Runs | None = None
@@ -26,7 +26,7 @@ class Interrupted(KeyboardInterrupt):
     Attributes
     ----------
     finished : Run, Runs or None
-        What was recorded until then; of a fit the best one found until then.
+        The record until then; of a fit the best one found so far.
     """
 
     finished: object = None

@@ -67,7 +67,7 @@ class Variable:
     items : dict
         Text of each item of an enumeration, by its name.
     text : str
-        What the variable is.
+        Description of the variable.
     meaning : str or None
         Meaning of a parameter of a friction law, independent of its name: ``static friction``, for example.
     counts_for : tuple of str, or None

@@ -82,7 +82,7 @@ def test_many_runs_and_laws_have_a_controller_each() -> None:
     ({"controller": lambda t, seen: np.nan}, "at t = 0.0 s valveVoltage = nan V is refused"),
     ({"inputs": {"valveVoltage": 6.0}}, "valveVoltage is given twice, among the inputs and by the controller"),
     ({"controller": "FrictionBench"}, "controller = 'FrictionBench' is refused"),
-    ({"controller": None, "period": 0.01}, "period and delay are those of a controller"),
+    ({"controller": None, "period": 0.01}, "period and delay are for a controller"),
 ])  # fmt: skip
 def test_mistakes_with_controllers_are_refused(options: dict[str, Any], told: str) -> None:
     with pytest.raises(ValueError, match=told):
