@@ -18,24 +18,24 @@
 //! A model is built by name: [`Setup`](model::Setup) takes parameters, a [`Plant`](model::Plant) is stepped,
 //! read, saved and restored. All quantities are in SI units. The same inputs give the same bits on every platform.
 //!
-//! | room | what lives there |
+//! | module | contents |
 //! |---|---|
 //! | [`numbers`], [`variables`] | numbers with exact derivatives; the variable table |
 //! | [`solver`] | the hybrid integrator, which knows equations but no cylinder |
 //! | [`friction`], [`pneumatics`], [`mechanics`], `sensor` | the physics |
-//! | [`system`] | what a model is: hybrid equations with tables |
+//! | [`system`] | the trait of a model: hybrid equations with tables |
 //! | [`sensitivity`] | how a run changes with parameters, inputs and states |
 //! | [`model_exchange`], [`co_simulation`] | a run with the solver outside, or with one inside |
 //! | [`model`] | a model built and run by name |
 //! | [`models`] | the models of this library |
-//! | [`prelude`] | what it takes to write a law, an actuator or a model of one's own |
-//! | [`conformance`] | what is promised of every law and model, as checks for their tests |
+//! | [`prelude`] | items for a law, an actuator or a model of one's own |
+//! | [`conformance`] | promises of every law and model, as checks for their tests |
 //!
 //! [`guide`] tells how a law, an actuator or a model of your own is written, tested and packed.
 //!
 //! Rust 1.89 or later. Features:
 //!
-//! | feature | on by default | what it has |
+//! | feature | on by default | contents |
 //! |---|---|---|
 //! | `all-models` | yes | the list [`models::ALL`], for which all models are compiled; without it a program compiles those it uses |
 //! | `names` | yes | names of variables in the errors of runs |

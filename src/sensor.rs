@@ -1,4 +1,4 @@
-//! A sensor: what it makes of the quantity that it measures.
+//! A sensor: its reading of the measured quantity.
 
 use serde::{Deserialize, Serialize};
 
@@ -18,7 +18,7 @@ use crate::variables::{Field, Fixed, Meaning, ParameterError, Tunable, Unit, Var
 /// resolution `r` nothing is rounded.
 ///
 /// # Validity
-/// A linear sensor of first order without saturation. Aliasing is what the lag leaves of it.
+/// A linear sensor of first order without saturation. Only its lag limits aliasing.
 ///
 /// # Errors
 /// [`ParameterError`] for noise or a resolution without a sample time, since only samples have them, and for a lag or a
@@ -96,7 +96,7 @@ impl Sensor {
         .map(|variable| variable.within(group, base))
     }
 
-    /// Refuses what has no meaning together.
+    /// Refuses contradictory parameters.
     ///
     /// # Errors
     /// [`ParameterError`] that names the variable without its group.

@@ -24,7 +24,7 @@ pub struct VariedRun<E: System<U>, const N: usize, const U: usize> {
 const BESIDE: f64 = 1e-7;
 
 impl<E: System<U>, const N: usize, const U: usize> VariedRun<E, N, U> {
-    /// A run from its start, which varies with what the seeds say.
+    /// A run from its start, with derivatives in the directions of the seeds.
     #[inline(never)]
     pub fn new(equations: E, settings: Settings, start: &Start) -> Self {
         let Seeds { inputs: seeds, .. } = start.seeds;
@@ -59,7 +59,7 @@ impl<E: System<U>, const N: usize, const U: usize> VariedRun<E, N, U> {
         outcome.map_err(|error| error.later(self.start))
     }
 
-    /// Why what follows an input has no slope from the begin of a step on: more of the input does something else than less.
+    /// The reason why states that follow an input have no derivative at the start of a step: left and right derivatives differ.
     fn tied(&self, begin: f64) -> Option<NoDerivative> {
         /// A slope that nothing else has.
         const OWN: f64 = 0.723_161;

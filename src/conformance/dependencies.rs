@@ -16,7 +16,7 @@ type Pairs = BTreeSet<(u32, u32)>;
 /// show all.
 ///
 /// # Panics
-/// When a variable depends on what it does not declare, or declares what is without effect under all settings.
+/// When a variable has an undeclared dependency, or a declared one without effect under all settings.
 pub fn dependencies(settings: &[Setup]) {
     let Some(first) = settings.first() else { return };
     let table = first.table();
@@ -31,7 +31,7 @@ pub fn dependencies(settings: &[Setup]) {
     assert!(never.is_empty(), "{}: declared by `depends_on`, without effect: {never:#?}", first.model().name);
 }
 
-/// All pairs that are found, a variable and what it depends on, by seven looks in a run with moving inputs.
+/// All pairs found, a variable and its dependency, by seven evaluations in a run with moving inputs.
 ///
 /// # Panics
 /// When one of them is not declared.
@@ -53,7 +53,7 @@ pub fn undeclared_dependencies(setup: &Setup) -> Result<Vec<String>, ParameterEr
     Ok(undeclared(setup.table(), &found))
 }
 
-/// Adds what seven looks find in a run.
+/// Adds the dependencies found by seven evaluations in a run.
 fn find(setup: &Setup, run: &mut dyn Simulation, found: &mut Pairs) -> Result<(), StepError> {
     let (table, duration) = (setup.table(), duration(setup));
     for look in 0..7 {

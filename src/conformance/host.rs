@@ -112,7 +112,7 @@ impl Host {
         self.model.set_states(states);
     }
 
-    /// The end of a step from the present point, and its error relative to what is allowed.
+    /// The end of a step from the present point, and its error relative to the tolerance.
     fn attempt(&mut self, h: f64) -> Option<(Vec<f64>, f64)> {
         let (start, x) = (self.time, self.states.clone());
         let mut rates = vec![vec![0.0; x.len()]; 7];

@@ -41,7 +41,7 @@ pub fn benched<L: FrictionLaw>(law: &str, drive: &str) -> Setup {
     of(of(Setup::new(bench::<L>()), "friction.law", law), "bench.drive", drive)
 }
 
-/// Checks all that is promised of a law of a catalogue, with its defaults, and what is claimed of it.
+/// Checks all promises of a law of a catalogue, with its defaults, and the claims about it.
 ///
 /// # Panics
 /// When a promise is not kept, or the catalogue has no such law.

@@ -1,6 +1,6 @@
 //! Promises of every law and every model, as checks for their tests. The laws and models of this library pass the same.
 //!
-//! | check | what is promised |
+//! | check | promise |
 //! |---|---|
 //! | [`slopes`] | derivatives by states, inputs, time and parameters are those of differences, in the modes that a run passes |
 //! | [`rates`] | the derivative of a state is the variable that the table says |

@@ -43,7 +43,7 @@ pub fn slopes(setup: &Setup) {
 pub struct Slopes {
     /// Derivatives that differ from differences, in words.
     pub wrong: Vec<String>,
-    /// The names of what has an effect.
+    /// The names of the knowns with an effect.
     pub effective: BTreeSet<&'static str>,
 }
 
@@ -138,14 +138,14 @@ impl Bench<'_> {
         let parameters = parameters
             .filter(|(_, (variable, _))| variable.role == Role::Tunable && real(variable) && is_looked_at(variable));
         let parameters = parameters.map(|(place, (variable, value))| {
-            // Where the value is 0, what is little in view of the largest.
+            // Where the value is 0, values far below the largest.
             let scale = if *value == 0.0 { 1e-3 * variable.max.unwrap_or(1.0).min(1.0) } else { value.abs() };
             Known { kind: KnownKind::Parameter, variable, place, value: *value, scale }
         });
         time.chain(inputs).chain(states).chain(parameters).collect()
     }
 
-    /// The derivatives of all computed variables by what is known.
+    /// The derivatives of all computed variables by the known.
     fn slopes(&self, known: &Known, differentiate: impl Fn(Direction, &mut [f64])) -> Vec<f64> {
         let along = |kind: KnownKind, count: usize| {
             let mut seeds = vec![0.0; count];
@@ -166,7 +166,7 @@ impl Bench<'_> {
         slopes
     }
 
-    /// Sets what is known to a value, if that is legal.
+    /// Sets the known to a value, if that is legal.
     fn set(&mut self, known: &Known, value: f64) -> Option<()> {
         let changed = |values: &[f64]| {
             let mut values = values.to_vec();
@@ -185,7 +185,7 @@ impl Bench<'_> {
         Some(())
     }
 
-    /// All computed values with what is known at another value, if that is legal.
+    /// All computed values with the known at another value, if that is legal.
     fn values(&mut self, known: &Known, value: f64) -> Option<Vec<f64>> {
         self.set(known, value)?;
         let mut values = vec![0.0; self.table().computed().count()];

@@ -1,4 +1,4 @@
-//! A friction law held by a model: where its states lie among those of the model, and what the model asks of it.
+//! A friction law in a model: the indices of its states in the model's vector, and its interface to the model.
 
 use std::ops::Range;
 

@@ -14,7 +14,7 @@ pub enum Event {
     Stop,
     /// The contact yields. Indicator: the force it holds beyond the present one, in N.
     BreakAway,
-    /// The end of a distance is reached: of a deflection, of a loop, of a path. Indicator: what is left, in m.
+    /// The end of a distance is reached: of a deflection, of a loop, of a path. Indicator: the remaining distance, in m.
     Distance,
     /// The edge of a band of velocities is reached from inside. Indicator: the velocity left, in m/s.
     Edge,

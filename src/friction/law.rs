@@ -178,7 +178,7 @@ pub fn checked<L: FrictionLaw>(law: L) -> Result<L, ParameterError> {
 ///
 /// The parameters are named relative to the group of the law; value references count from 0 and are never reused.
 ///
-/// Laws that are less than this are written as what they are: [`VelocityLaw`](super::parts::of_velocity::VelocityLaw),
+/// Simpler laws have simpler traits: [`VelocityLaw`](super::parts::of_velocity::VelocityLaw),
 /// [`SetValued`](super::parts::stick_slip::SetValued), [`BristleLaw`](super::parts::one_bristle::BristleLaw).
 #[diagnostic::on_unimplemented(
     note = "in a catalogue a `VelocityLaw` is an `OfVelocity<{Self}>`, a `SetValued` law a `StickSlip<{Self}>`, a `BristleLaw` a `OneBristle<{Self}>`"

@@ -5,17 +5,17 @@
 //! states (bristle deflections), integrated by the solver, and a memory (modes, stacks, generators) that only
 //! changes at events. Laws know neither models nor solvers; a model may hold several contacts.
 //!
-//! | place | what lives there |
+//! | module | contents |
 //! |---|---|
-//! | [`catalogue`] | laws to choose from: what `laws!` makes |
+//! | [`catalogue`] | laws to choose from, made by `laws!` |
 //! | [`contact`] | a law held by a model |
-//! | `law` | what a law is |
-//! | `event` | what can end a mode of a contact |
+//! | `law` | the trait of a law |
+//! | `event` | ends of the modes of a contact |
 //! | `registry` | one line for each law |
 //! | [`laws`] | the laws, one file each |
 //! | `states` | the states of a contact as variables |
 //! | `trend` | the acceleration of a prescribed motion |
-//! | [`parts`] | what several laws are made of, and the simpler kinds of law: of velocity, set-valued, of one bristle |
+//! | [`parts`] | parts of several laws, and the simpler kinds of law: of velocity, set-valued, of one bristle |
 
 pub mod catalogue;
 pub mod contact;

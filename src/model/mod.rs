@@ -26,7 +26,7 @@ pub use crate::variables::{SettingError, Value};
 pub struct Model {
     /// Name of the model, which is also its FMI model identifier.
     pub name: &'static str,
-    /// One line that says what it is.
+    /// Description in one line.
     pub description: &'static str,
     /// The default experiment.
     pub experiment: Experiment,
@@ -141,7 +141,7 @@ impl Model {
         Ok(all.filter(|(reference, _)| states.contains(reference)).collect())
     }
 
-    /// The variables, continuous states with what they start from under the defaults.
+    /// The variables, continuous states with their start values under the defaults.
     ///
     /// # Errors
     /// As [`default_starts`](Self::default_starts).

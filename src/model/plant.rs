@@ -470,7 +470,7 @@ impl Plant {
         all
     }
 
-    /// The simulation behind it, for what has no names.
+    /// The simulation behind it, without names.
     pub fn simulation(&self) -> &dyn Simulation {
         self.simulation.as_ref()
     }

@@ -6,7 +6,7 @@ use crate::model_exchange::Exchange;
 use crate::variables::{ParameterError, Place, Table, Variable};
 use crate::variables::{SettingError, Value, find};
 
-/// A model and what it is to start from; all defaults at first.
+/// A model and its start values; all defaults at first.
 ///
 /// ```
 /// use pneumatic_servo::model::Setup;

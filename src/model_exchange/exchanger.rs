@@ -131,7 +131,7 @@ impl<E: System<U>, const N: usize, const U: usize> Exchanger<E, N, U> {
         }
     }
 
-    /// Takes over what an event has changed of the nearest states.
+    /// Takes over an event's changes of the nearest states.
     fn take_over(&mut self, changed: &[Real; N]) {
         for (index, number) in changed.iter().enumerate() {
             if number.value != self.near[index] {
@@ -350,7 +350,7 @@ impl<E: System<U>, const N: usize, const U: usize> Exchange for Exchanger<E, N, 
         let (own, rest) = computed.split_at_mut(computed.len() - Counters::COUNT - E::RESIDUALS);
         let (residuals, counters) = rest.split_at_mut(E::RESIDUALS);
         self.session.outputs(&self.equations, (self.elapsed, &self.near, &self.inputs, &self.memory), own);
-        // No account is kept of what the host integrates.
+        // The host's integration has no account.
         residuals.fill(0.0);
         self.counters.write(counters);
         if !self.is_within {

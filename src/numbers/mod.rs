@@ -1,8 +1,8 @@
 //! Numbers the equations are written for.
 //!
-//! | file | what it is |
+//! | file | contents |
 //! |---|---|
-//! | `number` | what all of them can do, without branches |
+//! | `number` | operations of all numbers, without branches |
 //! | `scalar` | single numbers, with transcendental functions and branches by their value |
 //! | `dual` | single numbers with exact derivatives |
 //! | `tangent` | tunable parameters, and numbers with the slopes that these hand on |

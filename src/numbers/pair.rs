@@ -1,4 +1,4 @@
-//! Two numbers side by side: what has the same equations twice is evaluated once, for both at the same time.
+//! Two numbers side by side: two parts with the same equations are evaluated at the same time.
 //!
 //! Every processor of today adds, multiplies, divides and takes roots of two numbers with one instruction, and the
 //! compiler finds these as long as both numbers take the same path: a [`Number`] offers selections in place of branches.

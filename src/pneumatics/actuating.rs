@@ -93,7 +93,7 @@ pub trait Actuating: Clone + std::fmt::Debug + Send + Sync + Sized + 'static {
         self.variables().iter().position(|variable| *variable == Some(reference))
     }
 
-    /// Whether the supply pressure, an input, has a part in what flows.
+    /// Whether the flow depends on the supply pressure, an input.
     fn has_supply(&self) -> bool {
         Self::feeds(0).contains(&SUPPLY)
     }
@@ -148,7 +148,7 @@ pub trait Actuating: Clone + std::fmt::Debug + Send + Sync + Sized + 'static {
         Led { middle: states, end: states, bend: [S::zero(); STATES] }
     }
 
-    /// Whether it opens or closes now at a rate that may fill a step: what flows then grows by a higher power of the time than
+    /// Whether it opens or closes now, at a rate that may fill a step: the flow then follows a higher power of the time than
     /// the error estimate of explicit steps sees.
     fn is_hasty<S: Varying>(&self, _memory: &Self::Memory<S>) -> bool {
         false

@@ -114,7 +114,7 @@ impl Chambers {
         (-temperature + self.ambient_temperature) * wall * heat_transfer
     }
 
-    /// Rates of the gas for lengths in m that change at rates in m/s, and what flows into the chambers.
+    /// Rates of the gas for lengths in m that change at rates in m/s, and the flow into the chambers.
     ///
     /// ```text
     /// dm/dt = sum(mdot),   m = p*V/(R*T)

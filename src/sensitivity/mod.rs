@@ -3,7 +3,7 @@
 //! A run is repeated in numbers that carry a slope in one direction ([`Tangent`](crate::numbers::Tangent)): the same equations,
 //! the same solver, the same bits ([`Varied`]). Its slopes are those of the scheme with all adaptive choices held, which is
 //! known as internal numerical differentiation (Bock, 1981). With states `x`, rates `f-` before and `f+` behind an event with
-//! the indicator `g`, and what happens there, `switch` (the saltation matrix):
+//! the indicator `g`, and the change there, `switch` (the saltation matrix):
 //!
 //! ```text
 //! tau = -g'/gdot,   x+ = switch(x- + f-*tau, t + tau) - f+*tau

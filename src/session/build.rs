@@ -6,7 +6,7 @@ use crate::solver::{Counters, Settings, Tuning};
 use crate::system::{System, shared_table};
 use crate::variables::{ParameterError, ParameterSet, StateSet, Values};
 
-/// Reads what equations are made of from all parameters of a model, which vary with the seeds of its start, and the solver
+/// Reads the parts of the equations from all parameters of a model, which vary with the seeds of its start, and the solver
 /// settings of a run.
 ///
 /// # Errors

@@ -37,7 +37,7 @@ fn with_slopes<E: System<U>, const U: usize>(memory: &E::Memory<Real>) -> Box<E:
     Box::new(varied(memory, |_| 0.0))
 }
 
-/// Evaluates the equations with numbers that are made with slopes, and writes the slopes of what comes out.
+/// Evaluates the equations with numbers with derivatives, and writes the derivatives of the results.
 fn write_slopes<E: System<U>, S: Scalar, const N: usize, const U: usize>(
     equations: &E,
     (time, x, u, memory): At<E::Memory<S::Held>, N, U>,

@@ -1,4 +1,4 @@
-//! Bookkeeping of conserved quantities: what the system holds against what it has received.
+//! Accounts of conserved quantities: the content of the system against its inflow.
 
 use serde::{Deserialize, Serialize};
 
@@ -22,7 +22,7 @@ impl Balance {
         Self { initial: content, received: [0.0; QUANTITIES] }
     }
 
-    /// Adds what a step brings, by Simpson's rule on the cubic through its ends.
+    /// Adds the inflow of a step, by Simpson's rule on the cubic through its ends.
     pub fn add<H: System<U>, S: Varying, const N: usize, const U: usize>(
         &mut self,
         system: &H,

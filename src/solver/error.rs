@@ -6,7 +6,7 @@ use std::fmt;
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum StepError {
-    /// The step size fell below what the clock resolves.
+    /// The step size fell below the resolution of the clock.
     StepSizeTooSmall {
         /// Time in s of the last accepted step.
         time: f64,

@@ -14,7 +14,7 @@ const MAX_ITERATIONS: usize = 30;
 const CONVERGED: f64 = 1e-10;
 
 /// One step of size `h` by Newton's method; `None` if the iteration does not converge.
-// A function of its own: inlined, it would be optimised once more with what calls it.
+// A function of its own: inlined, it would be optimised once more with each caller.
 #[inline(never)]
 pub fn step<H: System<U>, S: Varying, const N: usize, const U: usize>(
     system: &H,

@@ -97,7 +97,7 @@ fn ranges<const N: usize>([second, third]: Groups) -> [Range<usize>; 3] {
     [0..second, second..third, third..N]
 }
 
-/// The triangular factors of a matrix, of which what is zero is left alone.
+/// The triangular factors of a sparse matrix.
 ///
 /// The couplings of a chain, of hoses for example, fill few of the zeros in between: then factors take a number of operations
 /// that grows with that of the states, where an inversion takes one that grows with its cube.

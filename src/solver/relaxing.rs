@@ -11,7 +11,7 @@ use crate::numbers::Scalar;
 /// would be differences of nearly equal numbers: here they lose four digits of sixteen.
 const SLOW: f64 = 0.05;
 
-/// The weights of a step for a state that relaxes at a rate `r`, and that is driven by what its derivative is besides.
+/// The weights of a step for a state that relaxes at a rate `r`, driven by the rest of its derivative.
 #[derive(Clone, Copy, Debug)]
 pub struct Relaxing {
     /// In 1/s.

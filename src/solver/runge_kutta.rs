@@ -26,7 +26,7 @@ pub const RK4: Tableau =
 
 impl Tableau {
     /// One step of size `h` from given derivatives at its start.
-    // One function for all these methods, which nobody takes for their speed.
+    // One function for all these methods, whose speed does not matter.
     #[inline(never)]
     #[allow(clippy::too_many_arguments, reason = "the system, where it is, and the step")]
     pub fn step<H: System<U>, S: Varying, const N: usize, const U: usize>(

@@ -6,7 +6,7 @@ const FAR: f64 = 1e9;
 /// Continuation of the equations of a state beyond a limit next to a pole, in magnitudes.
 const BEYOND: f64 = 1e-6;
 
-/// The values of a state at which the equations have a meaning, and what lies beyond them.
+/// The values of a state at which the equations have a meaning, and the room beyond them.
 ///
 /// The solver of an importer tries values that no run reaches, and accepts them if it diverges. Beyond a limit the equations use a
 /// value that exceeds it by less than the `give`, with a continuous second derivative:

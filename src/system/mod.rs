@@ -1,10 +1,10 @@
 //! Models: equations with tables. Nothing here knows how a model is run.
 //!
-//! | place | what lives there |
+//! | item | contents |
 //! |---|---|
-//! | [`System`] | a model: its tables, how it starts, how it changes, what it shows, what makes its runs faster |
-//! | [`Event`], [`Indicator`], [`Sample`] | what can end a mode or sample a part: names, indicators, times |
-//! | [`Couplings`], [`LongestSteps`], [`Led`] | what makes runs faster: zeros of the Jacobian, stable steps, closed forms |
+//! | [`System`] | a model: its tables, start, rates, events, outputs, and hints for speed |
+//! | [`Event`], [`Indicator`], [`Sample`] | ends of modes, and samples: names, indicators, times |
+//! | [`Couplings`], [`LongestSteps`], [`Led`] | speed: zeros of the Jacobian, stable steps, closed forms |
 //! | [`Tables`] | the variables of a model |
 
 mod closed_form;

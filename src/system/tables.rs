@@ -24,7 +24,7 @@ pub mod references {
     pub const FRICTION: u32 = 10_000;
 }
 
-/// The variables of a model, by what they are for. Time, the solver's counters and its parameters come with every model.
+/// The variables of a model, by their roles. Time, the solver's counters and its parameters come with every model.
 #[derive(Clone, Debug)]
 pub struct Tables {
     /// The inputs.

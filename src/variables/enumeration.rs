@@ -35,7 +35,7 @@ pub trait Choice: Copy + Sized + 'static {
     fn from_id(id: f64) -> Option<Self>;
 }
 
-/// Declares an enumeration: `Type: "what is chosen" { id Item: "what it is"; ... }`.
+/// Declares an enumeration: `Type: "description" { id Item: "description"; ... }`.
 ///
 /// The type gets an enum with these items, [`Choice`](crate::variables::Choice) with the table of ids, names and
 /// descriptions, and [`Field`](crate::variables::Field) for structs of parameters.

@@ -28,7 +28,7 @@ pub fn lent(of: TypeId, make: impl FnOnce() -> Table) -> &'static Table {
     kept.lent.get_or_insert_with(|| Box::leak(Box::new(kept.table.clone())))
 }
 
-/// Frees the tables that nobody else holds; they are made again when they are needed. For a shared library that is about to be
+/// Frees the tables without other owners; they are made again when they are needed. For a shared library that is about to be
 /// unloaded, and would leave them behind.
 #[doc(hidden)]
 pub fn forget_tables() {

@@ -31,7 +31,7 @@ pub use table::{Entry, Place, Table};
 pub use unit::{BaseUnit, DisplayUnit, Unit, units};
 pub use values::Values;
 
-/// The FMI base type of a variable, with what belongs to it.
+/// The FMI base type of a variable, with its attributes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Kind {
     /// A real number in a unit.
@@ -257,7 +257,7 @@ impl Variable {
         })
     }
 
-    /// Says what the variable means.
+    /// Sets the meaning of the variable.
     pub fn text(self, description: &str) -> Self {
         Self { description: description.to_owned(), ..self }
     }

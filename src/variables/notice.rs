@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-/// A value that is accepted, but hardly means what its user thinks. Whoever runs the model may pass it on.
+/// A value that is accepted, but probably a mistake of its user. The runner of the model may report it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Notice {
     /// Variable with the value, or an expression of several.

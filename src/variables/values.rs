@@ -25,7 +25,7 @@ impl<'a> Values<'a> {
     /// The next values, as many as there are asked for.
     ///
     /// # Errors
-    /// [`ParameterError`] if there are fewer: the parts of a model take what its table lists, in that order.
+    /// [`ParameterError`] if there are fewer: the parts of a model take the values of its table in order.
     pub fn take(&mut self, count: usize) -> Result<&'a [Tunable], ParameterError> {
         let (own, rest) = self.rest.split_at_checked(count).ok_or_else(|| {
             let reason = "the equations ask for so many values more than the table has";

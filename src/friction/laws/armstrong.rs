@@ -54,7 +54,7 @@ parameters! {
     }
 }
 
-/// The mode, what the last change of it left, and the delay line. Forces are those at load level 1.
+/// The mode, the values at its last change, and the delay line. Forces are at load level 1.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(bound(serialize = "", deserialize = ""))]
 pub struct Memory<S: Varying> {
@@ -170,7 +170,7 @@ impl Armstrong {
                 let break_away = limit(self.risen_excess(contact.time, memory));
                 Limits { break_away, sliding: break_away }
             }
-            // Sticking begins with what sliding ends with.
+            // Sticking begins with the force at the end of sliding.
             Mode::Sliding { .. } => {
                 let sliding = limit(self.stribeck_part(contact, memory));
                 Limits { break_away: sliding, sliding }

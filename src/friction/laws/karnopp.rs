@@ -39,7 +39,7 @@ parameters! {
     }
 }
 
-/// Where `w` is and what it does.
+/// Mode of `w`: inside or outside the band.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Mode {
     /// In the band, `w` constant: friction balances the applied force.
@@ -50,7 +50,7 @@ pub enum Mode {
     Sliding(f64),
 }
 
-/// The mode, and what keeps it from changing without end.
+/// The mode, and the widening of the band that ends a chain of changes.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Memory<S> {
     mode: Mode,

@@ -12,7 +12,7 @@ pub struct List<T, const CAPACITY: usize> {
 }
 
 impl<T: Copy + Default, const CAPACITY: usize> List<T, CAPACITY> {
-    /// A list of at most `CAPACITY` items; what goes beyond is left out.
+    /// A list of at most `CAPACITY` items; further ones are left out.
     pub fn new(items: impl IntoIterator<Item = T>) -> Self {
         let mut list = Self { items: [T::default(); CAPACITY], len: 0 };
         items.into_iter().take(CAPACITY).for_each(|item| list.push(item));

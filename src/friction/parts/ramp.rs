@@ -32,7 +32,7 @@ impl Field for Ramp {
 }
 
 impl Ramp {
-    /// Its parameters, with what the first of the speeds means.
+    /// Its parameters, with the meaning of the first of the speeds.
     pub fn variables(static_velocity: &str) -> [Variable; 5] {
         [
             static_force(11.0),

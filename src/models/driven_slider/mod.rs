@@ -60,7 +60,7 @@ pub struct DrivenSlider<L = Friction> {
     friction: FrictionContact<L>,
 }
 
-/// Memory of the friction law, and what happens at given times.
+/// Memory of the friction law, and of the events at given times.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[doc(hidden)]
 pub struct Memory<F = friction::Memory> {

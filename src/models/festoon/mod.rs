@@ -8,7 +8,7 @@
 //! dw/dt = -(cos(phi)*dv/dt + g*sin(phi))/l - d*w/(m*l^2),   w = dphi/dt
 //! ```
 //!
-//! `F_app` is what the load and the links exert on a trolley that is held; it does not depend on the friction force, and
+//! `F_app` is the force of load and links on a trolley that is held; it does not depend on the friction force, and
 //! a trolley that is held stays so while friction can balance it. Ropes tauten and buffers meet at events.
 //!
 //! # Source

@@ -37,7 +37,7 @@ pub struct PneumaticServoCylinder<L = Friction, A = Actuator, const EXTENDED: bo
     pub(super) actuator: A,
     /// Chambers A and B.
     pub(super) chambers: Chambers,
-    /// Area in m2 of the rod less that of a second one: what the atmosphere acts on.
+    /// Area in m2 of the rod less the area of a second one: the atmosphere acts on it.
     pub(super) rod_area: Tangent,
     pub(super) supply: Reservoir,
     pub(super) exhaust: Reservoir,

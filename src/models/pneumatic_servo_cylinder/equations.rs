@@ -1,6 +1,6 @@
 //! The equations of the cylinder: air, carriage, lines, sensors, and the rates, outputs and balances made of them.
 //!
-//! Balances: mass and energy of the cylinder, and what enters it.
+//! Balances: mass and energy of the cylinder, and their inflow.
 //!
 //! ```text
 //! mass   = m_A + m_B                      <- mass flows into both chambers
@@ -27,7 +27,7 @@ use crate::pneumatics::orifice::Inflow;
 use crate::system::QUANTITIES;
 use crate::variables::Tunable;
 
-// The air in the chambers: what flows in, and how pressures and temperatures follow.
+// The air in the chambers: its inflow, pressures and temperatures.
 impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<L, A, EXTENDED> {
     /// Pressures and temperatures in both chambers.
     #[inline(always)]
@@ -138,7 +138,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
     }
 }
 
-// The carriage: what pushes it, what friction sees of it, how it moves.
+// The carriage: its forces, its contact, its motion.
 impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<L, A, EXTENDED> {
     /// Force on the moving mass other than friction in N, but for that of a coupling, and the stops' part of it.
     #[inline(always)]
@@ -353,7 +353,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
         states
     }
 
-    /// Puts what belongs to the states of the lines in its places.
+    /// Puts values of the states of the lines in their places.
     pub(super) fn put_lines<T: Copy>(&self, states: &[T; LINE_STATES], x: &mut [T]) {
         self.places_of_lines(x.len()).for_each(|(place, index)| x[index] = states[place]);
     }
@@ -567,7 +567,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
     }
 }
 
-// Mass and energy of the cylinder, and what enters it.
+// Mass and energy of the cylinder, and their inflow.
 impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<L, A, EXTENDED> {
     /// Mass in kg and energy in J.
     pub(super) fn mass_and_energy<S: Varying, const N: usize>(

@@ -38,7 +38,7 @@ pub struct Lines {
     longest_steps: LongestSteps,
 }
 
-/// A hose and what is at its end.
+/// A hose and the restriction at its end.
 #[derive(Clone, Debug)]
 pub struct Line {
     hose: Hose,
@@ -259,7 +259,7 @@ impl Line {
         })
     }
 
-    /// Rates of the states of the hose, and what flows out of it into a chamber.
+    /// Rates of the states of the hose, and its flow into a chamber.
     pub fn flows<S: Scalar>(
         &self,
         states: &[S],

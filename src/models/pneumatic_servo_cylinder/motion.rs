@@ -27,7 +27,7 @@ use crate::numbers::{Scalar, Tangent, Varying};
 use crate::system::LongestSteps;
 
 enumeration! {
-    /// The choice of what moves the carriage; ids are never reused.
+    /// The choice of the carriage's drive; ids are never reused.
     Motion "CylinderMotion": "What moves the carriage" {
         1 Free: "Forces: pressures, friction and externalForce";
         2 Imposed: "imposedPosition and imposedVelocity, rigidly or through coupling.compliance; rodForce is the answer";
@@ -50,7 +50,7 @@ pub(super) enum Guidance {
     },
 }
 
-/// Position and velocity of the imposed point at an instant, or what the inputs say of them.
+/// Position and velocity of the imposed point at an instant, or the inputs for them.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Imposed<S> {
     /// Position in m.

@@ -20,7 +20,7 @@ enumeration! {
 }
 
 parameters! {
-    /// The parameters of what is off by default.
+    /// The parameters of options, which are off by default.
     Options {
         rod_a: Fixed = Variable::parameter(1201, "cylinder.rodA", units::METRE, 0.0).range(0.0, 1.0).nominal(5e-3).shown_in("mm")
             .text("Diameter of a second rod, through chamber A, smaller than the bore; equal to cylinder.rod: a symmetric cylinder");

@@ -63,7 +63,7 @@ impl Sensors {
         self.all().get(place)?.has_lag().then_some(place)
     }
 
-    /// Refuses what has no meaning together.
+    /// Refuses contradictory parameters.
     ///
     /// # Errors
     /// [`ParameterError`] of the sensor.

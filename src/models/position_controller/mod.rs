@@ -181,7 +181,7 @@ impl Parameters {
         command * (S::of(1.0) - dead_zone) + side * (dead_zone * range)
     }
 
-    /// The control law: what a sample of inputs makes of what the last one has left.
+    /// The control law: the next discrete state, from a sample of inputs and the last one.
     fn sample<S: Scalar>(&self, input: &Inputs<S>, last: &mut Last<S>) -> Kinks<S> {
         let [integral_gain, range, transition] = [self.integral_gain, self.range, self.transition].map(S::along);
         let slope = match self.source {

@@ -37,7 +37,7 @@ pub struct Armature {
     pub travel: Tangent,
 }
 
-/// Where the driver is in its period, and what the armatures do.
+/// Position of the driver in its period, and motion of the armatures.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Memory<S> {
     /// Number of the period that begins next.

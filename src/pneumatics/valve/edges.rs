@@ -1,4 +1,4 @@
-//! The metering edges: how far a spool opens them, and what they let through.
+//! The metering edges: their opening by the spool, and their flow.
 
 use crate::enumeration;
 use crate::numbers::{MonotoneCurve, Number, Pair, Real, Scalar, Tangents};

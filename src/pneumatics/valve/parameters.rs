@@ -1,4 +1,4 @@
-//! The parameters of the proportional valve, and what they must fulfil together.
+//! The parameters of the proportional valve, and the conditions between them.
 
 use super::edges::{Characteristic, Opening, Port};
 use crate::numbers::MonotoneCurve;

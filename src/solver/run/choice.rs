@@ -18,7 +18,7 @@ const RECOVERY: f64 = 1.1;
 /// The explicit method goes first. Where many of its steps are needed, the implicit one tries a step as long as it must
 /// be to pay, and goes on for as long as that succeeds, at most to the end of the communication step.
 ///
-/// Where the tolerance is loose, the midpoint rule takes what remains of a communication step, or leaves it to the others.
+/// At loose tolerances the midpoint rule takes the rest of a communication step, or leaves it to the others.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Choice {
     is_implicit: bool,

@@ -29,7 +29,7 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
     }
 
     /// Ends the step where the first indicator turns negative, and switches.
-    // Few steps end so: a function of its own, which leaves what all do short.
+    // Few steps end so: a function of its own keeps the common path short.
     #[inline(never)]
     pub(super) fn step_to_event(&mut self, h: f64, end: &[S; N], after: &H::Indicators<S>) -> Result<(), StepError> {
         let (event, bracket, guess) = match self.first_crossing(h, end, after) {

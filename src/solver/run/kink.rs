@@ -1,4 +1,4 @@
-//! Kinks: where the slopes of the equations change at once, within a mode. Steps end on them.
+//! Kinks: non-smooth points of the equations within a mode. Steps end on them.
 
 use std::ops::Range;
 
@@ -30,8 +30,8 @@ impl Kink {
         WELL_WITHIN.contains(&self.place)
     }
 
-    /// By how much the error of order 2 that a step shows counts: what a kink does grows with the square of the way to the
-    /// nearer end, while what the stages show of it grows with the way.
+    /// Weight of the error estimate of order 2: the effect of a kink grows with the square of its distance from the nearer
+    /// end, the estimate with the distance.
     pub(super) fn weight(&self) -> f64 {
         if self.is_last { (self.place.min(1.0 - self.place) / FAR).min(1.0) } else { 1.0 }
     }
@@ -47,7 +47,7 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
         if is_smooth { None } else { Some(self.first_kink(h, end_time, end)) }
     }
 
-    /// Where along the cubic between the ends of a step it ceases to be smooth.
+    /// The first non-smooth point of the cubic between the ends of a step.
     #[cold]
     #[inline(never)]
     fn first_kink(&self, h: f64, end_time: f64, end: &[f64; N]) -> Kink {

@@ -290,7 +290,7 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
         (self.inputs.at(self.time), self.inputs.slopes())
     }
 
-    /// Looks at the states and the memory consistent with the present inputs: what the next step starts from.
+    /// The states and the memory consistent with the present inputs, from which the next step starts.
     ///
     /// If the inputs set off events without end, those before the limit have happened. Where the run has paused before an
     /// event, nothing has happened yet.

@@ -37,7 +37,7 @@ pub(super) enum Nonsense {
 
 impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
     /// Tries one step that ends no later than `limit`; accepts it, ends it at an event, or reduces the step size.
-    // A function of its own: inlined, it would be optimised once more with what calls it.
+    // A function of its own: inlined, it would be optimised once more with each caller.
     #[inline(never)]
     pub(super) fn attempt(&mut self, limit: f64) -> Result<(), StepError> {
         let remaining = limit - self.time;
@@ -218,7 +218,7 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
         Ok(end)
     }
 
-    /// The largest error of a state at the end of a step relative to what is allowed.
+    /// The largest error of a state at the end of a step relative to the tolerance.
     fn error_norm(&self, end: &[S; N], errors: &[S; N]) -> f64 {
         // One instruction, where `f64::max` needs several to tell a missing number.
         let larger = |a: f64, b: f64| if a < b { b } else { a };

@@ -2,7 +2,7 @@
 //!
 //! The steps of such a run are those of a plain one, with the same bits, and its slopes are those of the scheme with all adaptive
 //! choices held (internal numerical differentiation; Bock, 1981). At an event with the indicator `g`, at rates `f-` before and `f+`
-//! behind it, with `switch` what happens there (the saltation rule):
+//! behind it, with the change `switch` (the saltation rule):
 //!
 //! ```text
 //! tau = -g'/gdot,   x+ = switch(x- + f-*tau, t + tau) - f+*tau
