@@ -10,7 +10,7 @@ use std::f64::consts::PI;
 use bounds::close;
 use pneumatic_servo::numbers::{Real, Scalar, Varying};
 use pneumatic_servo::solver::{Run, Scheme, Settings, StepError};
-use pneumatic_servo::system::{Hints, LongestSteps, Place, System};
+use pneumatic_servo::system::{Hints, LongestSteps, StateIndex, System};
 
 const ADAPTIVE: Settings =
     Settings { scheme: Scheme::Adaptive, tolerance: 1e-8, step: 1e-3, max_steps: 100_000, keeps_balance: false };
@@ -51,7 +51,7 @@ impl System<1> for Follower {
     problem!();
     type Memory<S: Varying> = ();
     type Indicators<S: Varying> = [S; 0];
-    const RELAXING: Option<Place> = Some(Place::Back(0));
+    const RELAXING: Option<StateIndex> = Some(StateIndex::Back(0));
     fn derivatives<S: Scalar, const N: usize>(&self, time: S, x: &[S; N], u: &[S; 1], (): &()) -> [S; N] {
         let [rate, acceleration] = self.0.derivatives(time, &[x[0], x[1]], u, &());
         problem::all([rate, acceleration, (x[0] - x[2]) * FOLLOWING])

@@ -24,14 +24,14 @@ pub struct Curve {
 }
 
 /// Results of an experiment.
-pub struct Run {
+pub struct Recording {
     /// The communication points in s.
     pub times: Vec<f64>,
     /// The variables.
     pub curves: Vec<Curve>,
 }
 
-impl Run {
+impl Recording {
     /// Runs the experiment without any interface in between: all inputs and all that is computed.
     ///
     /// # Errors
@@ -157,7 +157,7 @@ mod tests {
 
     #[test]
     fn results_are_read_as_they_were_written() -> Result<()> {
-        let run = Run::read(MODEL, "time,position,sticking\n0.0,0.25,1.0\n1.0,0.5,0.0\n")?;
+        let run = Recording::read(MODEL, "time,position,sticking\n0.0,0.25,1.0\n1.0,0.5,0.0\n")?;
         assert_eq!(run.times, [0.0, 1.0]);
         assert_eq!(run.curves[0].values, [0.25, 0.5]);
         assert_eq!(run.curves[1].variable.name, "sticking");
@@ -166,12 +166,12 @@ mod tests {
 
     #[test]
     fn a_value_of_the_host_with_another_bit_is_named() -> Result<()> {
-        let mut run = Run::of(MODEL)?;
+        let mut run = Recording::of(MODEL)?;
         let step = |time: f64, next: f64| time + (next - time);
         let input_at = |input: &Variable, index: usize| {
             MODEL.experiment.signal(&input.name).map(|signal| signal.course.at(run.times[index]))
         };
-        run = Run::under(MODEL, &run.times, input_at, step)?;
+        run = Recording::under(MODEL, &run.times, input_at, step)?;
         run.ensure_bits(MODEL)?;
         let place = run.curves.iter().position(|curve| curve.variable.name == "position").context("a variable")?;
         let value = &mut run.curves[place].values[7];
@@ -183,7 +183,7 @@ mod tests {
 
     #[test]
     fn what_cannot_be_read_is_named() {
-        let problem = |table| Run::read(MODEL, table).err().map(|error| format!("{error:#}")).unwrap_or_default();
+        let problem = |table| Recording::read(MODEL, table).err().map(|error| format!("{error:#}")).unwrap_or_default();
         assert!(problem("time,altitude\n").contains("no variable altitude"));
         assert!(problem("time,position\n0,0\n1,far\n").contains("line 3: 1,far"));
         assert!(problem("time,position\n0\n").contains("line 2 has 1 cells"));
@@ -192,7 +192,7 @@ mod tests {
     /// Each point of the results is the plant at that time, under the inputs that were held up to it.
     #[test]
     fn results_are_those_of_the_plant_at_the_same_times() -> Result<()> {
-        let run = Run::of(MODEL)?;
+        let run = Recording::of(MODEL)?;
         let setup = pneumatic_servo::model::Setup::new(MODEL);
         let mut plant = setup.start(0.0)?;
         for (index, time) in run.times.iter().enumerate() {

@@ -11,7 +11,7 @@ use crate::archive::Archive;
 use crate::build::wasm;
 use crate::description::{self, Stamp, Version};
 use crate::documentation;
-use crate::experiment::{self, Run};
+use crate::experiment::{self, Recording};
 use crate::files;
 use crate::library::{self, Library};
 use crate::licences;
@@ -131,7 +131,7 @@ fn check(workspace: &Workspace, mut platforms: impl Iterator<Item = Platform>) -
     process::run(script("experiment.py").arg("--experiments").arg(&stated).args(fmus(workspace)))?;
     for model in workspace.product.models {
         let file = workspace.fmus().join(format!("{}.csv", model.name));
-        let run = Run::read(model, &files::text(&file)?).with_context(|| file.display().to_string())?;
+        let run = Recording::read(model, &files::text(&file)?).with_context(|| file.display().to_string())?;
         // The tests of the project compare its own FMUs with more.
         if !workspace.product.is_of_the_project() {
             run.ensure_bits(model)?;

@@ -504,7 +504,7 @@ mod tests {
     fn events_and_accepted_steps_are_counted() {
         let mut model = busy(99, 99);
         assert_eq!(model.update(), Ok(Update { changes_states: false, next_time_event: None }));
-        assert_eq!((model.memory, counted(&model)), ([99, 99], [0.0, 99.0]));
+        assert_eq!((*model.memory, counted(&model)), ([99, 99], [0.0, 99.0]));
         model.accept_step().expect("states with a meaning");
         model.accept_step().expect("states with a meaning");
         assert_eq!(counted(&model), [2.0, 99.0]);
@@ -518,11 +518,11 @@ mod tests {
         let saved = model.save();
         model.accept_step().expect("states with a meaning");
         model.set_time(12.0);
-        model.memory = [0, 0];
+        *model.memory = [0, 0];
         model.update().expect("three events more");
         assert_eq!(counted(&model), [2.0, 6.0]);
         model.restore(&saved).expect("a state of its own");
-        assert_eq!((model.session.time, model.elapsed, model.memory), (11.0, 1.0, [3, 0]));
+        assert_eq!((model.session.time, model.elapsed, *model.memory), (11.0, 1.0, [3, 0]));
         assert_eq!(counted(&model), [1.0, 3.0]);
     }
 
@@ -567,7 +567,7 @@ mod tests {
         let mut model = busy(usize::MAX, 0);
         let expected = "at t = 11 s events follow each other without end; indicators: second, third";
         assert_eq!(model.update().expect_err("no end").to_string(), expected);
-        assert_eq!((model.memory, counted(&model)), ([0, 0], [0.0, 0.0]));
+        assert_eq!((*model.memory, counted(&model)), ([0, 0], [0.0, 0.0]));
     }
 
     #[test]
@@ -575,6 +575,6 @@ mod tests {
         let mut model = busy(1, 200);
         let expected = "at t = 11 s the time event of 10.5 s is still due, and too many after it";
         assert_eq!(model.update().expect_err("too many").to_string(), expected);
-        assert_eq!((model.memory, counted(&model)), ([0, 0], [0.0, 0.0]));
+        assert_eq!((*model.memory, counted(&model)), ([0, 0], [0.0, 0.0]));
     }
 }

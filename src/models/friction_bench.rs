@@ -198,12 +198,12 @@ pub struct FrictionBench<L = Friction> {
 pub struct Memory<F = friction::Memory, S = Real> {
     friction: F,
     trend: Trend<S>,
-    course: Course<S>,
+    path: DrivenPath<S>,
 }
 
 /// Where a prescribed position leads.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-struct Course<S> {
+struct DrivenPath<S> {
     /// Position in m at the end of the present step.
     end: S,
     /// Velocity in m/s of this step; before the first one, that of the input.
@@ -220,7 +220,7 @@ impl<L: FrictionLaw> FrictionBench<L> {
     ) -> S {
         match self.p.drive {
             Drive::PrescribedMotion => u.drive_velocity,
-            Drive::PrescribedPosition => memory.course.velocity.map_or(u.drive_velocity, S::held),
+            Drive::PrescribedPosition => memory.path.velocity.map_or(u.drive_velocity, S::held),
             Drive::SpringPull | Drive::Free => self.friction.rate(State::Velocity.get(x), &memory.friction),
         }
     }
@@ -321,7 +321,7 @@ impl<L: FrictionLaw> System<INPUTS> for FrictionBench<L> {
         let rate = if self.p.drive.prescribes() { inputs.drive_velocity } else { State::Velocity.get(&x) };
         let contact = self.contact(S::zero(), &x, &inputs, rate, trend.sign);
         let friction = self.friction.start(&contact, &mut x);
-        (x, Memory { friction, trend, course: Course { end: start, velocity: None } })
+        (x, Memory { friction, trend, path: DrivenPath { end: start, velocity: None } })
     }
 
     fn states(&self) -> usize {
@@ -388,7 +388,7 @@ impl<L: FrictionLaw> System<INPUTS> for FrictionBench<L> {
             return false;
         }
         let end = Inputs::read(u).prescribed_position;
-        memory.course = Course { end, velocity: Some((end - memory.course.end) / duration) };
+        memory.path = DrivenPath { end, velocity: Some((end - memory.path.end) / duration) };
         true
     }
 
@@ -455,7 +455,7 @@ impl<L: FrictionLaw> System<INPUTS> for FrictionBench<L> {
     }
 
     fn fits<S: Varying>(&self, memory: &Memory<L::Memory<S>, S>) -> bool {
-        let Course { end, velocity } = memory.course;
+        let DrivenPath { end, velocity } = memory.path;
         let is_plain = [end.value(), velocity.map_or(0.0, S::value)].iter().all(|value| value.is_finite());
         is_plain && memory.trend.is_sound() && self.friction.fits::<S>(&memory.friction)
     }

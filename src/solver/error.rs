@@ -55,11 +55,11 @@ pub enum StepError {
     },
 }
 
-/// A state where a step starts.
+/// A state at the start of a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Course {
+pub struct StateAtStart {
     /// Its name.
-    pub state: &'static str,
+    pub name: &'static str,
     /// Its value.
     pub value: f64,
     /// Its rate per second.
@@ -71,11 +71,11 @@ pub struct Course {
 #[non_exhaustive]
 pub enum Rejection {
     /// The estimated error of a state exceeds what the tolerance allows.
-    Inaccurate(Course),
+    Inaccurate(StateAtStart),
     /// A state leaves every reasonable range.
     Unbounded {
         /// The state.
-        course: Course,
+        state: StateAtStart,
         /// The magnitude at which that range ends.
         limit: f64,
     },
@@ -144,11 +144,11 @@ impl std::error::Error for StepError {}
 impl fmt::Display for Rejection {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Inaccurate(course) => {
-                write!(f, "the error of {} stays above the tolerance{}", course.state, Origin(course))
+            Self::Inaccurate(state) => {
+                write!(f, "the error of {} stays above the tolerance{}", state.name, Origin(state))
             }
-            Self::Unbounded { course, limit } => {
-                write!(f, "the magnitude of {} goes beyond {limit:.0e}{}", course.state, Origin(course))
+            Self::Unbounded { state, limit } => {
+                write!(f, "the magnitude of {} goes beyond {limit:.0e}{}", state.name, Origin(state))
             }
             Self::Meaningless(reason) => f.write_str(reason),
             Self::Unsolvable => f.write_str("the equations of a step have no solution"),
@@ -159,7 +159,7 @@ impl fmt::Display for Rejection {
 }
 
 /// Where a state comes from.
-struct Origin<'a>(&'a Course);
+struct Origin<'a>(&'a StateAtStart);
 
 impl fmt::Display for Origin<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

@@ -17,7 +17,7 @@ mod trial;
 use crate::numbers::Scalar;
 pub use crate::system::{Counters, Scheme, Tuning};
 pub use balance::Balance;
-pub use error::{Course, Rejection, StepError};
+pub use error::{Rejection, StateAtStart, StepError};
 #[doc(hidden)]
 pub use linear::Inverse;
 #[doc(hidden)]

@@ -17,9 +17,9 @@ mod jacobian;
 mod kept;
 mod limits;
 mod longest_steps;
-mod place;
 mod sample;
 mod solving;
+mod state_index;
 mod tables;
 
 use std::ops::Range;
@@ -42,9 +42,9 @@ pub(crate) use self::kept::{are_alike, still};
 pub(crate) use self::kept::{kept, varied};
 pub use self::limits::Limits;
 pub use self::longest_steps::LongestSteps;
-pub use self::place::Place;
 pub use self::sample::Sample;
 pub use self::solving::{Counters, DEFAULT_TOLERANCE, Scheme, Tuning};
+pub use self::state_index::StateIndex;
 pub use self::tables::Tables;
 pub(crate) use self::tables::{references, shared_table, state_name, table};
 use crate::numbers::{Real, Scalar, Varying};
@@ -336,11 +336,11 @@ pub trait System<const U: usize>: Clone + Send + 'static {
     const LED: usize = 0;
 
     /// A state that may relax within a step that is non-stiff otherwise; only in runs in which a friction law has states.
-    const RELAXING: Option<Place> = None;
+    const RELAXING: Option<StateIndex> = None;
 
     /// A state at whose zeros the equations have most of their kinks: a velocity that bends bristles; only in runs in which a
     /// friction law has states.
-    const TURNING: Option<Place> = None;
+    const TURNING: Option<StateIndex> = None;
 
     /// The [derivatives](Self::derivatives), of which those of the first [`LED`](Self::LED) states may be missing: where these have a
     /// closed form, nobody asks how they change.

@@ -4,7 +4,7 @@
 //! |---|---|
 //! | `guard` | lets a call into an instance: one at a time, obeying the table, without panics leaving it |
 //! | `values`, `arrays`, `steps`, `exchange`, `derivatives`, `dependencies`, `saved_states` | what is done with an instance |
-//! | `run` | the simulation behind an instance, started and computed when needed |
+//! | `running_model` | the simulation behind an instance, started and computed when needed |
 //! | `record` | what an instance remembers besides the states of its model |
 //! | `layout`, `registry` | where the value of each variable is kept; the models of a library by GUID |
 //! | `clock` | where a communication step leads, and what is rounding |
@@ -25,7 +25,7 @@ mod log;
 mod notices;
 mod record;
 mod registry;
-mod run;
+mod running_model;
 mod saved_states;
 mod steps;
 #[cfg(test)]
@@ -46,7 +46,7 @@ use self::record::{Experiment, LastStep, Record};
 pub use self::registry::Library;
 #[cfg(all(feature = "module", target_family = "wasm"))]
 pub use self::registry::only;
-use self::run::Run;
+use self::running_model::RunningModel;
 use self::saved_states::SavedStates;
 use crate::calls::Mode;
 use crate::failure::Failure;
@@ -57,7 +57,7 @@ pub struct Instance {
     layout: Arc<Layout>,
     log: Log,
     record: Record,
-    run: Run,
+    run: RunningModel,
     saved: SavedStates,
     /// Unusual conditions that have been reported.
     notices: Notices,
@@ -85,7 +85,7 @@ impl Instance {
         Self {
             log,
             record: Record::new(&layout, kind),
-            run: Run::new(&layout),
+            run: RunningModel::new(&layout),
             saved: SavedStates::default(),
             notices: Notices::default(),
             scratch: Scratch {

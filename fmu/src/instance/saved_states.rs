@@ -7,7 +7,7 @@ use super::Instance;
 use super::codec::{self, SavedState};
 use super::layout::Layout;
 use super::record::{Experiment, Record};
-use super::run::Run;
+use super::running_model::RunningModel;
 use crate::calls::Mode;
 use crate::failure::Failure;
 use pneumatic_servo::co_simulation::Snapshot;
@@ -133,7 +133,7 @@ impl SavedState {
         check_values(layout.table.parameters(), &record.parameters)?;
         check_values(layout.table.inputs(), &record.inputs)?;
         match &self.snapshot {
-            Some(snapshot) => Run::new(layout).restore(layout, record, snapshot, false),
+            Some(snapshot) => RunningModel::new(layout).restore(layout, record, snapshot, false),
             None => Ok(()),
         }
     }

@@ -7,7 +7,7 @@ use pneumatic_servo::model::Model;
 use pneumatic_servo::variables::{DisplayUnit, Kind, Variable};
 
 use super::text::{escape, unit};
-use crate::experiment::{Curve, Run};
+use crate::experiment::{Curve, Recording};
 
 const COLOURS: [RGBColor; 4] =
     [RGBColor(0, 114, 178), RGBColor(213, 94, 0), RGBColor(0, 158, 115), RGBColor(91, 104, 118)];
@@ -33,7 +33,7 @@ const SAMPLE: i32 = 40;
 /// # Errors
 /// When the experiment fails or cannot be drawn.
 pub fn section(model: &Model) -> Result<String> {
-    let run = Run::of(model).with_context(|| format!("the default experiment of {}", model.name))?;
+    let run = Recording::of(model).with_context(|| format!("the default experiment of {}", model.name))?;
     let svg = figure(model, &run)?;
     let signals = model.experiment.signals;
     let moved = signals.iter().map(|signal| format!("<code>{}</code> is {}", signal.input, escape(signal.text)));
@@ -53,7 +53,7 @@ pub fn section(model: &Model) -> Result<String> {
 ///
 /// # Errors
 /// When one of their variables is not among the results, or they cannot be drawn.
-pub fn figure(model: &Model, run: &Run) -> Result<String> {
+pub fn figure(model: &Model, run: &Recording) -> Result<String> {
     let find = |name: &&str| run.curves.iter().find(|curve| curve.variable.name == **name);
     let mut drawn = Vec::new();
     for panel in model.experiment.panels {

@@ -62,15 +62,15 @@ pub(super) struct Imposed<S> {
 /// Discrete state of an imposed motion.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Memory<S> {
-    /// The course of the present communication step, or of the last one; none before the first.
-    course: Option<Course<S>>,
+    /// The path of the present communication step, or of the last one; none before the first.
+    path: Option<ImposedPath<S>>,
     /// Change of the carriage's speed.
     pub trend: Trend<S>,
 }
 
 /// The motion of the imposed point in a communication step.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-struct Course<S> {
+struct ImposedPath<S> {
     /// Time in s at which the step begins.
     begin: f64,
     /// Position in m there.
@@ -83,7 +83,7 @@ struct Course<S> {
     acceleration: f64,
 }
 
-impl<S: Varying> Course<S> {
+impl<S: Varying> ImposedPath<S> {
     fn position<T: Scalar<Held = S>>(&self, time: T) -> T {
         let elapsed = time - self.begin;
         T::held(self.position) + (T::held(self.velocity) + elapsed * (0.5 * self.acceleration)) * elapsed
@@ -93,24 +93,24 @@ impl<S: Varying> Course<S> {
 impl<S: Varying> Memory<S> {
     /// The memory of a run that starts with a velocity of the carriage in m/s.
     pub fn new(velocity: S) -> Self {
-        Self { course: None, trend: Trend::new(velocity) }
+        Self { path: None, trend: Trend::new(velocity) }
     }
 
     /// The imposed point, given the inputs.
     pub fn imposed<T: Scalar<Held = S>>(&self, time: T, given: Imposed<T>) -> Imposed<T> {
-        let Some(course) = &self.course else { return given };
-        Imposed { position: course.position(time), velocity: given.velocity + T::held(course.correction) }
+        let Some(path) = &self.path else { return given };
+        Imposed { position: path.position(time), velocity: given.velocity + T::held(path.correction) }
     }
 
     /// Acceleration in m/s2 of the imposed point.
     pub fn acceleration(&self) -> f64 {
-        self.course.map_or(0.0, |course| course.acceleration)
+        self.path.map_or(0.0, |path| path.acceleration)
     }
 
     /// Takes notice of a communication step from a time on and of a duration, both in s; `from` is where the carriage is, if it
     /// moves as imposed.
     pub fn begin(&mut self, [begin, duration]: [f64; 2], from: Option<S>, given: Imposed<S>, slopes: Imposed<f64>) {
-        let here = || self.course.map_or(given.position, |course| course.position(S::of(begin)));
+        let here = || self.path.map_or(given.position, |path| path.position(S::of(begin)));
         let position = from.unwrap_or_else(here);
         let acceleration = slopes.velocity;
         let travel = (given.velocity + S::of(0.5 * acceleration * duration)) * duration;
@@ -118,12 +118,12 @@ impl<S: Varying> Memory<S> {
         let end = given.position + if slope != 0.0 { S::of(slope * duration) } else { travel };
         let correction = (end - position - travel) / duration;
         let velocity = given.velocity + correction;
-        self.course = Some(Course { begin, position, velocity, correction, acceleration });
+        self.path = Some(ImposedPath { begin, position, velocity, correction, acceleration });
     }
 
     /// Whether a run can have it.
     pub fn is_sound(&self) -> bool {
-        let numbers = self.course.map(|Course { begin, position, velocity, correction, acceleration }| {
+        let numbers = self.path.map(|ImposedPath { begin, position, velocity, correction, acceleration }| {
             [begin, position.value(), velocity.value(), correction.value(), acceleration]
         });
         self.trend.is_sound() && numbers.is_none_or(|numbers| numbers.iter().all(|number| number.is_finite()))

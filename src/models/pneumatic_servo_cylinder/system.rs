@@ -15,7 +15,7 @@ use crate::pneumatics::actuator::{Actuating, STATES};
 use crate::pneumatics::{gas, orifice};
 use crate::sensor;
 use crate::system::{
-    Groups, Hints, Indicator, Led, Limits, LongestSteps, Place, QUANTITIES, Sample, Stride, System, Tables, UNUSED,
+    Groups, Hints, Indicator, Led, Limits, LongestSteps, QUANTITIES, Sample, StateIndex, Stride, System, Tables, UNUSED,
 };
 use crate::variables::{Notice, Notices, ParameterError, Values};
 
@@ -40,9 +40,9 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool, const U: usize> System<
 
     const LED: usize = STATES;
 
-    const RELAXING: Option<Place> = Some(Place::Front(State::FRICTION));
+    const RELAXING: Option<StateIndex> = Some(StateIndex::Front(State::FRICTION));
 
-    const TURNING: Option<Place> = Some(Place::Back(0));
+    const TURNING: Option<StateIndex> = Some(StateIndex::Back(0));
 
     fn tables() -> Tables {
         variables::tables::<L, A>()

@@ -19,7 +19,7 @@ use super::settings::Settings;
 use super::trial::Linearisation;
 use super::{numbers, values};
 use crate::numbers::{Real, Varying};
-use crate::system::{Counters, Held, Hints, Place, QUANTITIES, Sample, System};
+use crate::system::{Counters, Held, Hints, QUANTITIES, Sample, StateIndex, System};
 use crate::variables::StateSet;
 
 /// Progress of a run, apart from states and memory of its system.
@@ -122,7 +122,7 @@ pub struct Run<H: System<U>, const N: usize, const U: usize, S: Varying = Real> 
 }
 
 /// The index of a state that counts where a friction law has states: with more states than the others.
-const fn with_friction(place: Option<Place>, n: usize, others: usize) -> Option<usize> {
+const fn with_friction(place: Option<StateIndex>, n: usize, others: usize) -> Option<usize> {
     match place {
         Some(place) if n > others => Some(place.among(n)),
         _ => None,

@@ -3,7 +3,7 @@
 use super::kink::Kink;
 use super::{MAX_STEP, Run, smallest_step};
 use crate::numbers::{Dual, Scalar, Varying};
-use crate::solver::error::{Course, Rejection, StepError};
+use crate::solver::error::{Rejection, StateAtStart, StepError};
 use crate::solver::event::Hermite;
 use crate::solver::relaxing::Relaxing;
 use crate::solver::runge_kutta::{Explicit, Stages};
@@ -230,16 +230,16 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
     }
 
     /// The state whose error is largest.
-    fn least_accurate(&self, end: &[S; N], errors: &[S; N]) -> Course {
+    fn least_accurate(&self, end: &[S; N], errors: &[S; N]) -> StateAtStart {
         let magnitude = |i: usize| self.scales[i].max(self.x[i].value().abs()).max(end[i].value().abs());
         let relative = |i: usize| errors[i].value().abs() / magnitude(i);
-        self.course((0..N).max_by(|a, b| relative(*a).total_cmp(&relative(*b))).unwrap_or_default())
+        self.state_at_start((0..N).max_by(|a, b| relative(*a).total_cmp(&relative(*b))).unwrap_or_default())
     }
 
     /// A state at the start of the step.
-    fn course(&self, state: usize) -> Course {
+    fn state_at_start(&self, state: usize) -> StateAtStart {
         let [value, rate] = [self.x[state], self.linearisation.derivatives[state]].map(S::value);
-        Course { state: state_name(&self.system, state, N), value, rate }
+        StateAtStart { name: state_name(&self.system, state, N), value, rate }
     }
 
     /// Leaves a step of a size in s, whose error is too large by a factor, to the classical method.
@@ -256,7 +256,7 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
         let reason = |run: &Self| match nonsense {
             Nonsense::Unsolvable => Rejection::Unsolvable,
             Nonsense::Unbounded(state) => {
-                Rejection::Unbounded { course: run.course(state), limit: FAR_OUT * run.scales[state] }
+                Rejection::Unbounded { state: run.state_at_start(state), limit: FAR_OUT * run.scales[state] }
             }
             Nonsense::Meaningless(reason) => Rejection::Meaningless(reason),
         };

@@ -2,14 +2,14 @@
 
 /// The index of a state in the vector of a run, whose length depends on the friction law.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Place {
+pub enum StateIndex {
     /// Number of states before it.
     Front(usize),
     /// Number of states behind it.
     Back(usize),
 }
 
-impl Place {
+impl StateIndex {
     /// Its index among `n` states.
     pub const fn among(self, n: usize) -> usize {
         match self {

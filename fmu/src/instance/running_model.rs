@@ -10,16 +10,16 @@ use pneumatic_servo::solver::StepError;
 use pneumatic_servo::variables::Notices;
 
 /// A running model.
-enum Way {
+enum Running {
     /// Co-simulation, and initialization.
-    Inside(Box<dyn Simulation>),
+    CoSimulation(Box<dyn Simulation>),
     /// Model exchange, from the end of the initialization on.
-    Outside(Box<dyn Exchange>),
+    ModelExchange(Box<dyn Exchange>),
 }
 
 /// A model that is started when it is first needed and told about changed inputs when that matters.
-pub struct Run {
-    way: Option<Way>,
+pub struct RunningModel {
+    running: Option<Running>,
     /// Whether the model has the inputs of the record.
     knows_inputs: bool,
     computed: Vec<f64>,
@@ -27,15 +27,15 @@ pub struct Run {
     is_computed: bool,
 }
 
-impl Run {
+impl RunningModel {
     /// Nothing started yet.
     pub fn new(layout: &Layout) -> Self {
-        Self { way: None, knows_inputs: false, computed: vec![0.0; layout.computed], is_computed: false }
+        Self { running: None, knows_inputs: false, computed: vec![0.0; layout.computed], is_computed: false }
     }
 
     /// Forgets the run: the next one starts from the record as it is then.
     pub fn discard(&mut self) {
-        self.way = None;
+        self.running = None;
         self.is_computed = false;
     }
 
@@ -47,30 +47,30 @@ impl Run {
 
     /// The model with the inputs of the record.
     #[inline]
-    fn ready(&mut self, layout: &Layout, record: &Record) -> Result<&mut Way, Failure> {
-        let way = match &mut self.way {
-            Some(way) => way,
+    fn ready(&mut self, layout: &Layout, record: &Record) -> Result<&mut Running, Failure> {
+        let running = match &mut self.running {
+            Some(running) => running,
             none => {
                 self.knows_inputs = false;
                 none.insert(start(layout, record)?)
             }
         };
         if !self.knows_inputs {
-            match way {
-                Way::Inside(simulation) => simulation.set_inputs(&record.inputs, &record.slopes),
-                Way::Outside(exchange) => exchange.set_inputs(&record.inputs),
+            match running {
+                Running::CoSimulation(simulation) => simulation.set_inputs(&record.inputs, &record.slopes),
+                Running::ModelExchange(exchange) => exchange.set_inputs(&record.inputs),
             }
             self.knows_inputs = true;
         }
-        Ok(way)
+        Ok(running)
     }
 
     /// The simulation with the inputs of the record.
     #[inline]
     fn inside(&mut self, layout: &Layout, record: &Record) -> Result<&mut dyn Simulation, Failure> {
         match self.ready(layout, record)? {
-            Way::Inside(simulation) => Ok(simulation.as_mut()),
-            Way::Outside(_) => Err(Failure::error("the solver is outside")),
+            Running::CoSimulation(simulation) => Ok(simulation.as_mut()),
+            Running::ModelExchange(_) => Err(Failure::error("the solver is outside")),
         }
     }
 
@@ -78,8 +78,8 @@ impl Run {
     pub fn outside(&mut self, layout: &Layout, record: &Record) -> Result<&mut dyn Exchange, Failure> {
         self.is_computed = false;
         match self.ready(layout, record)? {
-            Way::Outside(exchange) => Ok(exchange.as_mut()),
-            Way::Inside(_) => Err(Failure::error("the solver is inside")),
+            Running::ModelExchange(exchange) => Ok(exchange.as_mut()),
+            Running::CoSimulation(_) => Err(Failure::error("the solver is inside")),
         }
     }
 
@@ -91,11 +91,11 @@ impl Run {
         look: impl FnOnce(&dyn Exchange) -> Result<(), Failure>,
     ) -> Result<(), Failure> {
         match self.ready(layout, record)? {
-            Way::Outside(outside) => look(outside.as_ref()),
-            Way::Inside(simulation) if record.kind == Kind::ModelExchange => {
+            Running::ModelExchange(outside) => look(outside.as_ref()),
+            Running::CoSimulation(simulation) if record.kind == Kind::ModelExchange => {
                 look(exchange(simulation.as_ref(), layout)?.as_ref())
             }
-            Way::Inside(_) => Err(Failure::error("the solver is inside")),
+            Running::CoSimulation(_) => Err(Failure::error("the solver is inside")),
         }
     }
 
@@ -103,8 +103,8 @@ impl Run {
     pub fn update(&mut self, layout: &Layout, record: &Record) -> Result<Update, Failure> {
         self.is_computed = false;
         match self.ready(layout, record)? {
-            Way::Outside(exchange) => Ok(exchange.update()?),
-            Way::Inside(simulation) => {
+            Running::ModelExchange(exchange) => Ok(exchange.update()?),
+            Running::CoSimulation(simulation) => {
                 simulation.update().map_err(|error| Failure::error(error.to_string()))?;
                 Ok(Update { changes_states: false, next_time_event: None })
             }
@@ -114,8 +114,8 @@ impl Run {
     /// Writes the event indicators for the importer's solver.
     pub fn indicators(&mut self, layout: &Layout, record: &Record, values: &mut [f64]) -> Result<(), Failure> {
         match self.ready(layout, record)? {
-            Way::Outside(exchange) => exchange.indicators(values),
-            Way::Inside(simulation) => {
+            Running::ModelExchange(exchange) => exchange.indicators(values),
+            Running::CoSimulation(simulation) => {
                 simulation.indicators(values);
                 for (value, indicator) in values.iter_mut().zip(&layout.indicators) {
                     *value = seen(indicator, *value);
@@ -128,7 +128,7 @@ impl Run {
     /// Hands the started model to the importer's solver.
     pub fn go_outside(&mut self, layout: &Layout, record: &Record) -> Result<(), Failure> {
         let outside = exchange(self.inside(layout, record)?, layout)?;
-        self.way = Some(Way::Outside(outside));
+        self.running = Some(Running::ModelExchange(outside));
         self.inputs_changed();
         Ok(())
     }
@@ -141,10 +141,10 @@ impl Run {
 
     /// Whether everything the model carries on from step to step is a finite number.
     pub fn is_finite(&self) -> bool {
-        match &self.way {
-            Some(Way::Inside(simulation)) => simulation.is_finite(),
+        match &self.running {
+            Some(Running::CoSimulation(simulation)) => simulation.is_finite(),
             // The state of an importer's solver is its own affair.
-            Some(Way::Outside(_)) | None => true,
+            Some(Running::ModelExchange(_)) | None => true,
         }
     }
 
@@ -164,8 +164,8 @@ impl Run {
     pub fn retune(&mut self, layout: &Layout, record: &Record, parameters: &[f64]) -> Result<(), Failure> {
         self.is_computed = false;
         match self.ready(layout, record)? {
-            Way::Inside(simulation) => simulation.retune(parameters)?,
-            Way::Outside(exchange) => exchange.retune(parameters)?,
+            Running::CoSimulation(simulation) => simulation.retune(parameters)?,
+            Running::ModelExchange(exchange) => exchange.retune(parameters)?,
         }
         Ok(())
     }
@@ -185,8 +185,8 @@ impl Run {
         computed: &mut [f64],
     ) -> Result<(), Failure> {
         match self.ready(layout, record)? {
-            Way::Inside(simulation) => simulation.directional_derivative(direction, computed),
-            Way::Outside(exchange) => exchange.directional_derivative(direction, computed),
+            Running::CoSimulation(simulation) => simulation.directional_derivative(direction, computed),
+            Running::ModelExchange(exchange) => exchange.directional_derivative(direction, computed),
         }
         Ok(())
     }
@@ -195,9 +195,9 @@ impl Run {
     pub fn computed(&mut self, layout: &Layout, record: &Record) -> Result<&[f64], Failure> {
         if !self.is_computed {
             self.ready(layout, record)?;
-            match &self.way {
-                Some(Way::Inside(simulation)) => simulation.values(&mut self.computed),
-                Some(Way::Outside(exchange)) => exchange.values(&mut self.computed),
+            match &self.running {
+                Some(Running::CoSimulation(simulation)) => simulation.values(&mut self.computed),
+                Some(Running::ModelExchange(exchange)) => exchange.values(&mut self.computed),
                 None => unreachable!("it is ready"),
             }
             self.is_computed = true;
@@ -210,7 +210,7 @@ impl Run {
     pub fn value(&mut self, place: usize, layout: &Layout, record: &Record) -> Result<f64, Failure> {
         if !self.is_computed {
             let mut value = [0.0];
-            if let Way::Inside(simulation) = self.ready(layout, record)?
+            if let Running::CoSimulation(simulation) = self.ready(layout, record)?
                 && simulation.at_hand(&[place], &mut value)
             {
                 return Ok(value[0]);
@@ -222,24 +222,24 @@ impl Run {
     /// Warnings about the parameters and inputs of the record.
     pub fn notices(&mut self, layout: &Layout, record: &Record) -> Result<Notices, Failure> {
         Ok(match self.ready(layout, record)? {
-            Way::Inside(simulation) => simulation.notices(),
-            Way::Outside(exchange) => exchange.notices(),
+            Running::CoSimulation(simulation) => simulation.notices(),
+            Running::ModelExchange(exchange) => exchange.notices(),
         })
     }
 
     /// Current time in s, if the model is started.
     pub fn time(&self) -> Option<f64> {
-        Some(match self.way.as_ref()? {
-            Way::Inside(simulation) => simulation.time(),
-            Way::Outside(exchange) => exchange.time(),
+        Some(match self.running.as_ref()? {
+            Running::CoSimulation(simulation) => simulation.time(),
+            Running::ModelExchange(exchange) => exchange.time(),
         })
     }
 
     /// The model's own states.
     pub fn save(&self) -> Option<Snapshot> {
-        Some(match self.way.as_ref()? {
-            Way::Inside(simulation) => simulation.save(),
-            Way::Outside(exchange) => exchange.save(),
+        Some(match self.running.as_ref()? {
+            Running::CoSimulation(simulation) => simulation.save(),
+            Running::ModelExchange(exchange) => exchange.save(),
         })
     }
 
@@ -251,20 +251,20 @@ impl Run {
         snapshot: &Snapshot,
         reuse: bool,
     ) -> Result<(), Failure> {
-        match self.way.as_mut().filter(|_| reuse) {
-            Some(Way::Inside(simulation)) => simulation.restore(snapshot)?,
-            Some(Way::Outside(exchange)) => exchange.restore(snapshot)?,
+        match self.running.as_mut().filter(|_| reuse) {
+            Some(Running::CoSimulation(simulation)) => simulation.restore(snapshot)?,
+            Some(Running::ModelExchange(exchange)) => exchange.restore(snapshot)?,
             None => {
                 let mut simulation = (layout.model.functions.start)(&record.start())?;
-                self.way = Some(match record.kind {
+                self.running = Some(match record.kind {
                     Kind::CoSimulation | Kind::HybridCoSimulation { .. } => {
                         simulation.restore(snapshot)?;
-                        Way::Inside(simulation)
+                        Running::CoSimulation(simulation)
                     }
                     Kind::ModelExchange => {
                         let mut exchange = exchange(simulation.as_ref(), layout)?;
                         exchange.restore(snapshot)?;
-                        Way::Outside(exchange)
+                        Running::ModelExchange(exchange)
                     }
                 });
             }
@@ -277,9 +277,9 @@ impl Run {
 /// Starts the model for co-simulation. Its stack is released before the run is used.
 #[cold]
 #[inline(never)]
-fn start(layout: &Layout, record: &Record) -> Result<Way, Failure> {
+fn start(layout: &Layout, record: &Record) -> Result<Running, Failure> {
     memory::check_room()?;
-    Ok(Way::Inside(layout.model.begin(&record.start())?))
+    Ok(Running::CoSimulation(layout.model.begin(&record.start())?))
 }
 
 /// The model of a simulation in model exchange.
