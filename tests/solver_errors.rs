@@ -131,6 +131,6 @@ impl System<1> for Burst {
 #[test]
 fn error_names_the_state_that_is_farthest_off_for_its_scale() {
     let error = problem::run(Burst, ADAPTIVE, [0.0; 2], (), 0.0).advance(1.0).unwrap_err();
-    let StepError::StepSizeTooSmall { reason: Rejection::Inaccurate(course), .. } = error else { panic!("{error}") };
-    assert_eq!((course.state, course.value, course.rate), ("jet", 0.0, 0.0));
+    let StepError::StepSizeTooSmall { reason: Rejection::Inaccurate(state), .. } = error else { panic!("{error}") };
+    assert_eq!((state.name, state.value, state.rate), ("jet", 0.0, 0.0));
 }
