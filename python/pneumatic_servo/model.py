@@ -14,6 +14,7 @@ from pneumatic_servo.checks import names, submits, whole_number
 from pneumatic_servo.closed_loop import Controller, Loop
 from pneumatic_servo.comparison import COUNTED, RECORDED, Comparison, check_laws
 from pneumatic_servo.errors import Refused, warn
+from pneumatic_servo.fmu import OWN, nothing
 from pneumatic_servo.grid import Grid, courses_of
 from pneumatic_servo.inputs import (
     Input,
@@ -60,8 +61,10 @@ class Model(ModelDescription):
 
     Parameters
     ----------
-    name : str
-        One of `models`, for example ``PneumaticServoCylinder``.
+    name : str or Path
+        One of `models`, for example ``PneumaticServoCylinder``, or the file of an FMU 2.0 of this library: a model of
+        one's own. Its runs, steps, saved states and partial derivatives are those of the FMU. It has no sensitivities,
+        transitions, gradients and fits, which a module of its crate has (``docs/own-packing.md``).
 
     Attributes
     ----------
@@ -219,6 +222,10 @@ class Model(ModelDescription):
             # A sheet, a fit or a run has start values of inputs, which those over time replace.
             settings = {name: value for name, value in settings.items() if name not in inputs}
         self._refuse_twice(settings, inputs)
+        if self._is_fmu and controller is None:
+            if sensitivities:
+                raise ValueError(f"a run of an FMU has no sensitivities; {OWN}")
+            controller = nothing
         if controller is not None:
             if sensitivities:
                 raise ValueError("sensitivities need given inputs; a run with a controller has none")
@@ -285,7 +292,7 @@ class Model(ModelDescription):
         begins = grid.points()[: len(next(iter(history.values())))]
         held = [(name, (begins, one)) for name, one in history.items()]
         followers = defaults.followers(self.variables, settings, fitted)
-        replay = Replay(self._native, fitted, held, grid, list(self.inputs), followers)
+        replay = None if self._is_fmu else Replay(self._native, fitted, held, grid, list(self.inputs), followers)
         run = Run(times, found, recorded, fitted, None, replay)
         for name, one in history.items():
             if len(one):
@@ -387,6 +394,8 @@ class Model(ModelDescription):
         for settings in runs:
             self._refuse_twice(settings, inputs)
         given = [{**shared, **own} for own in runs]
+        if self._is_fmu and controller is None:
+            controller = nothing
         if controller is not None:
             loop = Loop(self, controller, grid, period, delay)
             if executor is not None or workers is not None:

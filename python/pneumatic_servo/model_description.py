@@ -5,9 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from html import escape
+from pathlib import Path
+from typing import cast
 
 from pneumatic_servo import _native, noticed
 from pneumatic_servo.errors import Refused
+from pneumatic_servo.fmu import FmuModel
 from pneumatic_servo.names import did_you_mean
 from pneumatic_servo.variables import Value, Variable, Variables
 
@@ -18,13 +21,18 @@ KNOWN = ("name", "description", "variables", "parameters", "inputs", "outputs", 
 class ModelDescription:
     """Description of a model without a run; `Model` adds runs."""
 
-    def __init__(self, name: str = "PneumaticServoCylinder") -> None:
-        if name not in _native.models():
+    def __init__(self, name: str | Path = "PneumaticServoCylinder") -> None:
+        # What an FMU has in place of a native model answers the same questions.
+        self._is_fmu = str(name).endswith(".fmu")
+        if self._is_fmu:
+            self._native = cast(_native.Model, FmuModel(name))
+        elif name not in _native.models():
             every = _native.models()
             raise ValueError(
                 f"there is no model {name}{did_you_mean(str(name), every)}; it must be one of {', '.join(every)}"
             )
-        self._native = _native.Model(name)
+        else:
+            self._native = _native.Model(str(name))
         self.name = self._native.name
         self.description = self._native.description
         self.variables = Variables(Variable.of(description) for description in self._native.variables())
