@@ -10,7 +10,7 @@ use std::f64::consts::PI;
 use bounds::close;
 use pneumatic_servo::numbers::{Real, Scalar, Varying};
 use pneumatic_servo::solver::{Run, Scheme, Settings, StepError};
-use pneumatic_servo::system::{Hints, LongestSteps, StateIndex, System};
+use pneumatic_servo::system::{Hints, LongestSteps, StateIndex, System, UNUSED};
 
 const ADAPTIVE: Settings =
     Settings { scheme: Scheme::Adaptive, tolerance: 1e-8, step: 1e-3, max_steps: 100_000, keeps_balance: false };
@@ -470,6 +470,43 @@ fn inputs_set_off_events_whichever_were_set_before() {
         run.advance(2.0).unwrap();
         assert_eq!(run.state().1, &Some(Real::of(1.0)), "after {before:?}");
     }
+}
+
+/// `x' = 1` and an event in a place of its own whenever `x` is a whole number, for the first forty.
+#[derive(Clone)]
+struct Steps;
+
+const STEPS: usize = 40;
+
+impl System<1> for Steps {
+    problem!();
+    /// The number of the events so far.
+    type Memory<S: Varying> = usize;
+    type Indicators<S: Varying> = [S; STEPS];
+    fn derivatives<S: Scalar, const N: usize>(&self, _time: S, _x: &[S; N], _u: &[S; 1], _: &usize) -> [S; N] {
+        problem::all([S::constant(1.0)])
+    }
+    fn indicators<S: Varying, const N: usize>(&self, _: S, x: &[S; N], _: &[S; 1], past: &usize) -> [S; STEPS] {
+        let mut indicators = [S::constant(UNUSED); STEPS];
+        if let Some(next) = indicators.get_mut(*past) {
+            *next = -x[0] + (*past as f64 + 1.0);
+        }
+        indicators
+    }
+    fn switch<S: Varying, const N: usize>(&self, event: usize, _: S, _: &mut [S; N], _: &[S; 1], past: &mut usize) {
+        assert_eq!(event, *past);
+        *past += 1;
+    }
+}
+
+/// More than the lengths of arrays that have a `Default`.
+#[test]
+fn system_may_have_forty_events() {
+    let mut run = problem::run(Steps, ADAPTIVE, [0.0], 0, 0.0);
+    run.advance(0.5 + STEPS as f64 / 2.0).unwrap();
+    assert_eq!(run.state().1, &(STEPS / 2));
+    run.advance(2.0 * STEPS as f64).unwrap();
+    assert_eq!(run.state().1, &STEPS);
 }
 
 /// What conserves nothing has nothing to account for.

@@ -3,7 +3,7 @@
 use std::ops::{Index, IndexMut};
 
 use crate::numbers::{Real, Scalar};
-use crate::system::{Indicator, UNUSED};
+use crate::system::{Indicator, IndicatorSet, UNUSED};
 
 /// What can end a mode of a contact. A law uses those it [declares](super::FrictionLaw::events).
 ///
@@ -72,6 +72,12 @@ impl<S: Scalar> Indicators<S> {
     /// The first event that is due.
     pub fn due(&self) -> Option<Event> {
         Event::ALL.into_iter().find(|event| self[*event].value() < 0.0)
+    }
+}
+
+impl<S: Scalar> IndicatorSet<S> for Indicators<S> {
+    fn unused() -> Self {
+        Self::default()
     }
 }
 

@@ -35,14 +35,14 @@ mod tests {
 
     use super::*;
     use crate::numbers::Real;
-    use crate::system::System;
+    use crate::system::{IndicatorSet, System};
 
     /// Of the cylinder: both stops, both cushions.
     const KINKS: usize = 4;
 
     /// How many indicators a system has.
     fn count<E: System<U>, const U: usize>() -> usize {
-        E::Indicators::<Real>::default().as_ref().len()
+        E::Indicators::<Real>::unused().as_ref().len()
     }
 
     #[test]

@@ -37,10 +37,11 @@ pub enum Solver<const N: usize> {
 
 impl<const N: usize> Solver<N> {
     /// Prepares for `shift*I - jacobian`, whose couplings may be those of a chain; `None` if a pivot is zero or not finite. The choice
-    /// does not depend on the number of states that are compiled, nor do the bits of a run.
+    /// does not depend on the number of states that are compiled, nor do the bits of a run; but for chains of more states than
+    /// a set of rows has bits.
     #[inline(always)]
     pub fn new(jacobian: &SMatrix<f64, N, N>, shift: f64, groups: Groups, is_chain: bool) -> Option<Self> {
-        if is_chain {
+        if is_chain && N <= u64::BITS as usize {
             Factors::new(jacobian, shift).map(Self::Factors)
         } else {
             Inverse::new(jacobian, shift, groups).map(Self::Inverse)

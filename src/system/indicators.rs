@@ -1,5 +1,7 @@
 //! Event indicators of a hybrid system.
 
+use crate::numbers::Scalar;
+
 /// What is to be said of an event indicator, whose value has a fixed place among those of its system.
 ///
 /// All are watched in one direction: an indicator is positive (or zero) while the present mode is valid, and an event
@@ -16,3 +18,15 @@ pub struct Indicator {
 
 /// Value of an indicator that the present mode does not use.
 pub const UNUSED: f64 = 1.0;
+
+/// The event indicators of a system, each in a fixed place: an array `[S; N]`, or those of a contact.
+pub trait IndicatorSet<S>: AsRef<[S]> + AsMut<[S]> + Copy + Send {
+    /// Indicators of which the mode uses none.
+    fn unused() -> Self;
+}
+
+impl<S: Scalar, const N: usize> IndicatorSet<S> for [S; N] {
+    fn unused() -> Self {
+        [S::constant(UNUSED); N]
+    }
+}

@@ -34,7 +34,7 @@ pub(crate) use self::event::assert_sound;
 #[doc(hidden)]
 pub use self::held::Held;
 pub use self::hints::Hints;
-pub use self::indicators::{Indicator, UNUSED};
+pub use self::indicators::{Indicator, IndicatorSet, UNUSED};
 pub(crate) use self::jacobian::{jacobian_by_couplings, jacobian_by_duals};
 pub use self::kept::Kept;
 #[cfg(feature = "sensitivities")]
@@ -80,7 +80,7 @@ pub trait System<const U: usize>: Clone + Send + 'static {
     type Memory<S: Varying>: Clone + PartialEq + Serialize + DeserializeOwned + Send;
 
     /// Values of the event indicators, each in a fixed place: an array of as many as there are, `[S; 0]` for none.
-    type Indicators<S: Varying>: AsRef<[S]> + AsMut<[S]> + Default + Copy + Send;
+    type Indicators<S: Varying>: IndicatorSet<S>;
 
     /// The events, in the order of their indicators. A model whose parts have events says more in
     /// [`indicator_list`](Self::indicator_list).
@@ -166,7 +166,7 @@ pub trait System<const U: usize>: Clone + Send + 'static {
         _u: &[S; U],
         _memory: &Self::Memory<S>,
     ) -> Self::Indicators<S> {
-        Self::Indicators::default()
+        Self::Indicators::unused()
     }
 
     /// Handles the event in a place of the indicators, whose value fell below zero.
@@ -198,7 +198,7 @@ pub trait System<const U: usize>: Clone + Send + 'static {
 
     /// Whether any mode can end: if not, nobody looks at the indicators.
     fn has_events(&self) -> bool {
-        !Self::Indicators::<Real>::default().as_ref().is_empty()
+        !Self::Indicators::<Real>::unused().as_ref().is_empty()
     }
 
     /// Lets the memory follow an accepted step, or a change of the inputs; must leave the indicators as they are. Returns

@@ -3,7 +3,7 @@
 use std::any::TypeId;
 use std::sync::Arc;
 
-use super::{Counters, MAX_KINKS, System, Tuning};
+use super::{Counters, IndicatorSet, MAX_KINKS, System, Tuning};
 use crate::numbers::Real;
 use crate::variables::{Meaning, ParameterError, Role, Table, Variable, kept};
 
@@ -84,7 +84,7 @@ fn make<E: System<U>, const U: usize>() -> Table {
 /// Indicators and kinks without description.
 fn untold<E: System<U>, const U: usize>() -> Option<ParameterError> {
     let (events, told, kinks) =
-        (E::Indicators::<Real>::default().as_ref().len(), E::indicator_list().len(), E::kink_list().len());
+        (E::Indicators::<Real>::unused().as_ref().len(), E::indicator_list().len(), E::kink_list().len());
     if events != told {
         let reason = format!("the equations have so many, and tell of {told}");
         return Some(ParameterError::new("indicators", events as f64, &reason));
