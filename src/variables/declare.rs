@@ -283,9 +283,39 @@ macro_rules! inputs {
 
 /// Declares a struct of computed variables, generic over the scalar, together with their table.
 ///
-/// The struct gets `table()`, the variables in the order of the fields, and `write()`, which puts values in that order.
+/// The struct gets `table()`, the variables in the order of the fields, and `write()`, which puts values in that order. A field with
+/// a number of elements is an array, and its declaration a function of the element's number, from 0 on:
+///
+/// ```
+/// use pneumatic_servo::prelude::*;
+///
+/// outputs! {
+///     /// Three forces and their sum.
+///     Outputs {
+///         forces[3] = |i| Variable::output(20 + i, &format!("force[{}]", i + 1), units::NEWTON);
+///         sum = Variable::output(30, "force", units::NEWTON);
+///     }
+/// }
+///
+/// let mut slots = [0.0; 5];
+/// Outputs { forces: [1.0, 2.0, 3.0], sum: 6.0 }.write(&mut slots);
+/// assert_eq!((slots, Outputs::<f64>::LEN), ([1.0, 2.0, 3.0, 6.0, 0.0], 4));
+/// assert_eq!(Outputs::<f64>::table()[2].name, "force[3]");
+/// ```
 #[macro_export]
 macro_rules! outputs {
+    // The type of a field, the number of its variables, its variables and its values.
+    (@type $s:ident) => { $s };
+    (@type $s:ident [$count:tt]) => { [$s; $count] };
+    (@count) => { 1 };
+    (@count [$count:tt]) => { $count };
+    (@variables $declaration:expr) => { [$declaration] };
+    (@variables $declaration:expr, [$count:tt]) => {{
+        let element: fn(u32) -> $crate::variables::Variable = $declaration;
+        (0..$count).map(element)
+    }};
+    (@values $values:expr) => { [$values] };
+    (@values $values:expr, [$count:tt]) => { $values };
     ($(#[$doc:meta])* $name:ident { $($field:ident = $declaration:expr;)* }) => {
         $(#[$doc])*
         #[derive(Clone, Debug)]
@@ -317,6 +347,35 @@ macro_rules! outputs {
                 let values = [$(self.$field),*];
                 let (own, rest) = slots.split_at_mut(Self::LEN);
                 own.copy_from_slice(&values);
+                rest
+            }
+        }
+    };
+    ($(#[$doc:meta])* $name:ident { $($field:ident $([$count:tt])? = $declaration:expr;)* }) => {
+        // No derive takes types that macros make.
+        $(#[$doc])*
+        #[allow(missing_docs, reason = "each field is described by the text of its variable")]
+        pub struct $name<S> { $(pub $field: $crate::outputs!(@type S $([$count])?)),* }
+
+        impl<S> $name<S> {
+            /// How many variables there are.
+            pub const LEN: usize = 0 $(+ $crate::outputs!(@count $([$count])?))*;
+
+            /// The variables, in the order of the fields.
+            pub fn table() -> Vec<$crate::variables::Variable> {
+                let mut table = Vec::with_capacity(Self::LEN);
+                $(table.extend($crate::outputs!(@variables $declaration $(, [$count])?));)*
+                table
+            }
+
+            /// Writes the values in the order of the table, and returns the rest of the slots.
+            pub fn write(self, slots: &mut [S]) -> &mut [S] where S: Copy {
+                let rest = slots;
+                $(
+                    let values = $crate::outputs!(@values self.$field $(, [$count])?);
+                    let (own, rest) = rest.split_at_mut(values.len());
+                    own.copy_from_slice(&values);
+                )*
                 rest
             }
         }

@@ -33,11 +33,89 @@ pub trait StateSet<P>: Copy + PartialEq + 'static {
 ///
 /// Equations read a state by its name, `State::Position.get(x)`, and write its rate as `State::Position.set(&mut rates, velocity)`.
 ///
+/// A row of states has a number of elements and the step of their value references: `Place[10 step 2]: 100, |_| 1.0;` declares ten
+/// states with the value references 100, 102, ..., and equations read `State::Place[3].get(x)`. Rows are for models without
+/// `..friction;`, where `State` is a place among the states and no enumeration.
+///
+/// ```
+/// use pneumatic_servo::prelude::*;
+///
+/// states! {
+///     /// Three blocks that one crane tows.
+///     State of f64 {
+///         Crane: 10, |_| 1.0;
+///         Place[3 step 10]: 101, |_| 0.1;
+///         Velocity[3 step 10]: 102, |scale| *scale;
+///     }
+/// }
+///
+/// let places = State::Velocity.map(|velocity| (velocity.get(&[0, 1, 2, 3, 4, 5, 6]), velocity.reference()));
+/// assert_eq!(places, [(4, 102), (5, 112), (6, 122)]);
+/// assert_eq!((State::Crane.reference(), State::of(111), State::OTHERS), (10, Some(State::Place[1]), 7));
+/// ```
+///
 /// `from` is the number of states that come before all of these and are declared elsewhere. Friction laws have different
 /// numbers of states, so that the place of a state depends on the number of all. A model without friction laws leaves
 /// `, from 0;` and `..friction;` out.
 #[macro_export]
 macro_rules! states {
+    // The number of elements of a row, and the step of their value references.
+    (@count) => { 1 };
+    (@count [$count:tt step $step:tt]) => { $count };
+    (@step) => { 0 };
+    (@step [$count:tt step $step:tt]) => { $step };
+    // The states and rows by name, each behind those before it.
+    (@places [$($first:tt)*]) => {
+        /// Number of all states without those of friction laws.
+        pub const OTHERS: usize = $($first)*;
+    };
+    (@places [$($first:tt)*] $state:ident; $($others:tt)*) => {
+        pub const $state: Self = Self($($first)*);
+        $crate::states! { @places [$($first)* + 1] $($others)* }
+    };
+    (@places [$($first:tt)*] $state:ident [$count:tt step $step:tt]; $($others:tt)*) => {
+        pub const $state: [Self; $count] = Self::row($($first)*);
+        $crate::states! { @places [$($first)* + $count] $($others)* }
+    };
+    // What every set of states has.
+    (@set $name:ident of $parameters:ty) => {
+        impl $crate::variables::StateSet<$parameters> for $name {
+            const ALL: &'static [Self] = Self::ALL;
+            const OTHERS: usize = Self::OTHERS;
+
+            #[inline(always)]
+            fn at(self, n: usize) -> usize {
+                self.at(n)
+            }
+
+            fn reference(self) -> u32 {
+                self.reference()
+            }
+
+            fn of(reference: u32) -> Option<Self> {
+                Self::of(reference)
+            }
+
+            fn scale(self, parameters: &$parameters) -> f64 {
+                self.scale(parameters)
+            }
+        }
+    };
+    // What is declared twice has one meaning too many.
+    (@different $name:ident) => {
+        const _: () = {
+            let (states, mut index) = ($name::ALL, 0);
+            while index < states.len() {
+                let mut other = 0;
+                while other < index {
+                    let differ = states[other].reference() != states[index].reference();
+                    assert!(differ, "two states have the same value reference");
+                    other += 1;
+                }
+                index += 1;
+            }
+        };
+    };
     (
         $(#[$doc:meta])* $name:ident of $parameters:ty { $($state:ident: $reference:expr, $scale:expr;)* }
     ) => {
@@ -107,41 +185,93 @@ macro_rules! states {
             }
         }
 
-        impl $crate::variables::StateSet<$parameters> for $name {
-            const ALL: &'static [Self] = Self::ALL;
-            const OTHERS: usize = Self::OTHERS;
+        $crate::states! { @set $name of $parameters }
+        $crate::states! { @different $name }
+    };
+    (
+        $(#[$doc:meta])* $name:ident of $parameters:ty {
+            $($state:ident $([$count:tt step $step:tt])?: $reference:expr, $scale:expr;)*
+        }
+    ) => {
+        $(#[$doc])*
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        pub struct $name(usize);
 
+        #[allow(clippy::redundant_closure_call, reason = "magnitudes are stated as functions of the parameters")]
+        #[allow(missing_docs, reason = "each state is described by the text of its variable")]
+        #[allow(non_upper_case_globals, reason = "states are named as those of models without rows")]
+        #[allow(dead_code, reason = "a model may have no use for some of this")]
+        impl $name {
+            $crate::states! { @places [0] $($state $([$count step $step])?;)* }
+
+            /// All of them.
+            pub const ALL: &[Self] = &Self::row::<{ Self::OTHERS }>(0);
+
+            /// States in a row behind the first ones.
+            const fn row<const COUNT: usize>(first: usize) -> [Self; COUNT] {
+                let (mut row, mut element) = ([Self(first); COUNT], 0);
+                while element < COUNT {
+                    row[element] = Self(first + element);
+                    element += 1;
+                }
+                row
+            }
+
+            /// Index among `n` states.
             #[inline(always)]
-            fn at(self, n: usize) -> usize {
-                self.at(n)
+            pub const fn at(self, n: usize) -> usize {
+                n - Self::OTHERS + self.0
             }
 
-            fn reference(self) -> u32 {
-                self.reference()
+            /// Its value among all states.
+            #[inline(always)]
+            pub fn get<S: Copy>(self, x: &[S]) -> S {
+                x[self.at(x.len())]
             }
 
-            fn of(reference: u32) -> Option<Self> {
-                Self::of(reference)
+            /// Gives it a value among all states.
+            #[inline(always)]
+            pub fn set<S>(self, x: &mut [S], value: S) {
+                x[self.at(x.len())] = value;
             }
 
-            fn scale(self, parameters: &$parameters) -> f64 {
-                self.scale(parameters)
+            /// Value reference of the variable.
+            #[allow(unused_assignments, reason = "nothing comes behind the last one")]
+            pub const fn reference(self) -> u32 {
+                let mut first = 0;
+                $({
+                    let count = $crate::states!(@count $([$count step $step])?);
+                    if self.0 < first + count {
+                        let step: u32 = $crate::states!(@step $([$count step $step])?);
+                        return $reference + step * (self.0 - first) as u32;
+                    }
+                    first += count;
+                })*
+                unreachable!()
+            }
+
+            /// The state of a value reference.
+            pub fn of(reference: u32) -> Option<Self> {
+                Self::ALL.iter().copied().find(|state| state.reference() == reference)
+            }
+
+            /// Magnitude, for error control.
+            #[allow(unused_assignments, reason = "nothing comes behind the last one")]
+            pub fn scale(self, parameters: &$parameters) -> f64 {
+                let of = |scale: fn(&$parameters) -> f64| scale(parameters);
+                let mut first = 0;
+                $({
+                    first += $crate::states!(@count $([$count step $step])?);
+                    if self.0 < first {
+                        return of($scale);
+                    }
+                })*
+                unreachable!()
             }
         }
 
-        // What is declared twice has one meaning too many.
-        const _: () = {
-            let (states, mut index) = ($name::ALL, 0);
-            while index < states.len() {
-                let mut other = 0;
-                while other < index {
-                    let differ = states[other].reference() != states[index].reference();
-                    assert!(differ, "two states have the same value reference");
-                    other += 1;
-                }
-                index += 1;
-            }
-        };
+        $crate::states! { @set $name of $parameters }
+        $crate::states! { @different $name }
     };
     (
         $(#[$doc:meta])* $name:ident of $parameters:ty $(, from $from:expr;)? {
