@@ -34,7 +34,9 @@ fn knowns_are_inputs_states_and_time() {
             entry.state.is_some() || matches!(entry.variable.role, Role::Input | Role::Time)
         };
         for variable in table {
-            assert!(variable.depends_on.iter().all(|known| is_known(*known)), "{} {}", model.name, variable.name);
+            let (model, name, declared) = (model.name, &variable.name, variable.depends_on.as_ref());
+            assert!(declared.is_some() || !variable.is_computed(), "{model}: {name} does not say what it depends on");
+            assert!(declared.into_iter().flatten().all(|known| is_known(*known)), "{model}: {name}");
         }
     }
 }

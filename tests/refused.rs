@@ -120,7 +120,11 @@ mod at_the_start {
             "gain = 5001 is refused: the value reference 5001 of gain is taken by solver.relativeTolerance",
         ),
         (
-            |tables| tables.computed[1].depends_on = vec![77],
+            |tables| tables.parameters.push(Variable::parameter(5100, "gain", units::ONE, 1.0)),
+            "gain = 5100 is refused: the value reference 5100 of gain is taken by solver.steps",
+        ),
+        (
+            |tables| tables.computed[1].depends_on = Some(vec![77]),
             "no variable has the value reference 77, on which velocity depends",
         ),
         (

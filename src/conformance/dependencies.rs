@@ -66,11 +66,16 @@ fn find(setup: &Setup, run: &mut dyn Simulation, found: &mut Pairs) -> Result<()
 }
 
 fn undeclared(table: &Table, found: &Pairs) -> Vec<String> {
-    names(table, found.difference(&declared(table)).copied())
+    let declares = |(unknown, _): &&(u32, u32)| {
+        table.by_reference(*unknown).is_some_and(|entry| entry.variable.depends_on.is_some())
+    };
+    names(table, found.difference(&declared(table)).filter(declares).copied())
 }
 
+/// What is declared; variables that declare nothing depend on everything, which needs no look.
 fn declared(table: &Table) -> Pairs {
-    table.computed().flat_map(|it| it.depends_on.iter().map(|known| (it.reference, *known))).collect()
+    let of = |it: &Variable| it.depends_on.iter().flatten().map(|known| (it.reference, *known)).collect::<Vec<_>>();
+    table.computed().flat_map(of).collect()
 }
 
 /// The pairs whose derivative is not zero here.

@@ -131,12 +131,12 @@ pub fn table<L: FrictionLaw>(group: &str, base: u32, sliding: &[u32]) -> Vec<Var
 /// Variables of a model of which those that depend on all other states of a contact depend on the named states of its laws, too.
 pub fn completed<L: FrictionLaw>(variables: Vec<Variable>, base: u32) -> Vec<Variable> {
     let (others, named) = (references(base), (0..L::NAMED as u32).map(|place| named(base, place)).collect::<Vec<_>>());
-    let complete = |variable: Variable| {
-        if !others.iter().all(|state| variable.depends_on.contains(state)) {
-            return variable;
+    let complete = |variable: Variable| match &variable.depends_on {
+        Some(known) if others.iter().all(|state| known.contains(state)) => {
+            let all = [known, &named[..]].concat();
+            variable.depends_on(&all)
         }
-        let all = [&variable.depends_on[..], &named].concat();
-        variable.depends_on(&all)
+        _ => variable,
     };
     variables.into_iter().map(complete).collect()
 }

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::variables::{ParameterSet, Variable, units};
+use crate::variables::{ParameterSet, SOLVER, Variable, units};
 use crate::{enumeration, parameters};
 
 enumeration! {
@@ -39,7 +39,7 @@ parameters! {
 impl Tuning {
     /// The variables in the group `solver`, with value references from `base`.
     pub fn grouped(base: u32) -> Vec<Variable> {
-        Self::table().into_iter().map(|variable| variable.within("solver", base)).collect()
+        Self::table().into_iter().map(|variable| variable.within(SOLVER, base)).collect()
     }
 }
 
@@ -69,7 +69,9 @@ impl Counters {
             ("events", "Events since initialization: break-away, stop of sliding and all other switches"),
         ];
         let counters = texts.iter().zip(0..);
-        counters.map(|((name, text), index)| Variable::counter(index, name).text(text).within("solver", base)).collect()
+        counters
+            .map(|((name, text), index)| Variable::counter(index, name).depends_on(&[]).text(text).within(SOLVER, base))
+            .collect()
     }
 
     /// Writes their values.

@@ -27,6 +27,7 @@ pub use notice::{Notice, Notices};
 pub(crate) use setting::find;
 pub use setting::{SettingError, Value};
 pub use states::StateSet;
+pub(crate) use table::SOLVER;
 pub use table::{Entry, Place, Table};
 pub use unit::{BaseUnit, DisplayUnit, Unit, units};
 pub use values::Values;
@@ -130,8 +131,9 @@ pub struct Variable {
     pub display: Option<&'static str>,
     /// Value reference of the state this is the time derivative of.
     pub derivative_of: Option<u32>,
-    /// Value references of what a computed variable depends on directly.
-    pub depends_on: Vec<u32>,
+    /// Value references of what a computed variable depends on directly, if it says so: see
+    /// [`Table::dependencies`].
+    pub depends_on: Option<Vec<u32>>,
     /// Value references of the inputs that the start value of a state follows from.
     pub starts_from: Vec<u32>,
     /// The enumeration parameter that this Integer parameter chooses for by number, if it is not 0.
@@ -160,7 +162,7 @@ impl Variable {
             nominal: None,
             display: None,
             derivative_of: None,
-            depends_on: Vec::new(),
+            depends_on: None,
             starts_from: Vec::new(),
             chooses: None,
             counts_for: None,
@@ -303,9 +305,10 @@ impl Variable {
     }
 
     /// Names the inputs, the states and, by reference 0, the time that enter the variable's equation directly: in the
-    /// present mode if it is a number, also by way of events if it is true or false.
+    /// present mode if it is a number, also by way of events if it is true or false. A computed variable that says nothing depends on
+    /// all of them, as far as an importer is told: that is never wrong, and makes its Jacobians dense.
     pub fn depends_on(self, references: &[u32]) -> Self {
-        Self { depends_on: references.to_vec(), ..self }
+        Self { depends_on: Some(references.to_vec()), ..self }
     }
 
     /// Names the inputs that the start value of a state follows from; from parameters they all may.

@@ -49,6 +49,9 @@ pub struct Table {
 
 const NONE: u32 = u32::MAX;
 
+/// The group of the variables of the solver, which every model has.
+pub(crate) const SOLVER: &str = "solver";
+
 /// The largest value reference: there is a slot for each up to the largest that is used.
 const LARGEST: u32 = 10_000_000;
 
@@ -96,16 +99,18 @@ impl Table {
                 *slot = index as u32;
                 continue;
             }
-            // The variables of a model stand before those of the library: the model can change.
-            let (first, taken_by) = (&variables[*slot as usize], &variable.name);
-            let reason = format!("the value reference {} of {} is taken by {taken_by}", first.reference, first.name);
-            problem.get_or_insert_with(|| about(first, &reason));
+            // A model can change its own variables, not those of the solver; of two of its own the first is named first.
+            let (first, second) = (&variables[*slot as usize], variable);
+            let is_solving = |variable: &Variable| variable.group_and_name().0 == SOLVER;
+            let (own, other) = if is_solving(first) { (second, first) } else { (first, second) };
+            let reason = format!("the value reference {} of {} is taken by {}", own.reference, own.name, other.name);
+            problem.get_or_insert_with(|| about(own, &reason));
         }
         for variable in &variables {
             let lost = variable
                 .derivative_of
                 .iter()
-                .chain(&variable.depends_on)
+                .chain(variable.depends_on.iter().flatten())
                 .chain(&variable.starts_from)
                 .find(|reference| by_reference.get(**reference as usize).is_none_or(|index| *index == NONE));
             if let Some(lost) = lost {
@@ -260,6 +265,16 @@ impl Table {
         self.variables.iter().filter_map(|variable| variable.derivative_of)
     }
 
+    /// Value references of the time, the inputs and the states on which a variable of the table depends directly: what it declares;
+    /// of a computed variable that declares nothing all of them.
+    pub fn dependencies(&self, variable: &Variable) -> Vec<u32> {
+        let all = || {
+            let known = self.iter().filter(|it| matches!(it.role, Role::Time | Role::Input));
+            known.map(|it| it.reference).chain(self.states()).collect()
+        };
+        variable.depends_on.clone().unwrap_or_else(|| if variable.is_computed() { all() } else { Vec::new() })
+    }
+
     /// Value references of the inputs and of the time that a computed variable depends on at initialization, where states
     /// follow from inputs, if from anything but parameters.
     pub fn initial_dependencies(&self, variable: &Variable) -> Vec<u32> {
@@ -267,7 +282,7 @@ impl Table {
             Some(Entry { state: Some(_), variable, .. }) => variable.starts_from.clone(),
             _ => vec![reference],
         };
-        let mut references: Vec<u32> = variable.depends_on.iter().flat_map(|known| of_state(*known)).collect();
+        let mut references: Vec<u32> = self.dependencies(variable).into_iter().flat_map(of_state).collect();
         references.sort_unstable();
         references.dedup();
         references

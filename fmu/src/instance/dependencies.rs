@@ -16,6 +16,6 @@ impl Instance {
             return Ok(time.chain(inputs).map(|it| it.reference).chain(table.states()).collect());
         }
         self.layout.elements(reference)?;
-        Ok(table.by_reference(reference).map(|entry| entry.variable.depends_on.clone()).unwrap_or_default())
+        Ok(table.by_reference(reference).map(|entry| table.dependencies(entry.variable)).unwrap_or_default())
     }
 }

@@ -31,7 +31,7 @@ pub fn guid_of_source(model: &Model, source: Option<&str>) -> String {
         let numbers = [Some(*role as u32), Some(*reference), *derivative_of];
         numbers.iter().for_each(|it| hash.add(&it.map_or(u64::MAX, u64::from).to_le_bytes()));
         [start, min, max, nominal].iter().for_each(|it| hash.add(&it.map_or(u64::MAX, f64::to_bits).to_le_bytes()));
-        variable.depends_on.iter().for_each(|it| hash.add(&it.to_le_bytes()));
+        variable.depends_on.iter().flatten().for_each(|it| hash.add(&it.to_le_bytes()));
     }
     let digits = hash.digits();
     format!("{start}-{}-{}}}", &digits[..4], &digits[4..16])

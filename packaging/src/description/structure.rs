@@ -67,14 +67,14 @@ impl Structure {
 }
 
 impl Unknown {
-    fn new(variables: &[Variable], index: usize, variable: &Variable) -> Result<Self> {
+    fn new(variables: &Table, index: usize, variable: &Variable) -> Result<Self> {
         let find = |reference: u32| {
             index_of(variables, reference)
                 .with_context(|| format!("{} refers to the unknown value reference {reference}", variable.name))
         };
         variable.derivative_of.map(find).transpose()?;
         let dependencies: BTreeSet<usize> =
-            variable.depends_on.iter().map(|known| find(*known)).collect::<Result<_>>()?;
+            variables.dependencies(variable).into_iter().map(find).collect::<Result<_>>()?;
         Ok(Self { index, dependencies: dependencies.into_iter().collect() })
     }
 

@@ -100,9 +100,9 @@ outputs! {
             .depends_on(&[depends::TIME])
             .text("Velocity of the tray convolved with the deceleration of the slider: the attractor of a slider that never sticks");
         walk_velocity = Variable::output(113, "walk.velocity", units::METRE_PER_SECOND).nominal(0.01).shown_in("mm/s")
-            .text("Velocity of the random walk between both attractors, held between its time steps; 0 without a walk");
+            .depends_on(&[]).text("Velocity of the random walk between both attractors, held between its time steps; 0 without a walk");
         walk_probability = Variable::output(201, "walk.chi", units::ONE).local().nominal(0.1)
-            .text("Probability of the walk to move towards the stick-free attractor (towards the tray otherwise)");
+            .depends_on(&[]).text("Probability of the walk to move towards the stick-free attractor (towards the tray otherwise)");
     }
 }
 

@@ -94,8 +94,8 @@ mod depends {
             Some(chamber) => feeds[chamber].clone(),
             None => vec![*reference],
         };
-        let known: Vec<u32> = variable.depends_on.iter().flat_map(real).collect();
-        variable.depends_on(&known)
+        let known: Option<Vec<u32>> = variable.depends_on.as_ref().map(|known| known.iter().flat_map(real).collect());
+        Variable { depends_on: known, ..variable }
     }
 
     /// Dependencies of the rates of a chamber; leakage past the piston has the upstream temperature.
@@ -192,7 +192,7 @@ fn yielding(state: Variable) -> Variable {
     if state.reference != states::deflection(references::CONTACT) {
         return state;
     }
-    let known = [state.depends_on.as_slice(), &[IMPOSED_VELOCITY]].concat();
+    let known = [state.depends_on.as_deref().unwrap_or_default(), &[IMPOSED_VELOCITY]].concat();
     state.depends_on(&known)
 }
 
@@ -207,8 +207,8 @@ fn friction_limit(reference: u32, side: &str, which: &str) -> Variable {
 fn residuals_table() -> [Variable; RESIDUALS] {
     [
         Variable::output(213, "balance.massResidual", units::KILOGRAM).local().nominal(1e-3).shown_in("g")
-            .text("Mass of the gas in chambers, hoses and vessel beyond what was there at the start and has flowed in since: the error of the integration, and with thermal.model = PolytropicServo what that model takes from or adds to the mass; 0 unless balance.enabled"),
+            .depends_on(&[]).text("Mass of the gas in chambers, hoses and vessel beyond what was there at the start and has flowed in since: the error of the integration, and with thermal.model = PolytropicServo what that model takes from or adds to the mass; 0 unless balance.enabled"),
         Variable::output(214, "balance.energyResidual", units::JOULE).local().nominal(1.0)
-            .text("Energy of gas and carriage beyond what was there at the start and has flowed in since as enthalpy, heat and work; of the carriage alone unless thermal.model = EnergyBalance; 0 unless balance.enabled"),
+            .depends_on(&[]).text("Energy of gas and carriage beyond what was there at the start and has flowed in since as enthalpy, heat and work; of the carriage alone unless thermal.model = EnergyBalance; 0 unless balance.enabled"),
     ]
 }

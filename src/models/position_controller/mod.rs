@@ -79,8 +79,10 @@ fn make_table() -> Table {
     let mut table = vec![Variable::time()];
     table.extend(Inputs::table());
     table.extend(Outputs::<f64>::table());
-    table.push(Variable::flag(201, "saturated").text("True while the voltage is at an end of its range"));
-    table.push(Variable::counter(202, "samples").text("Samples since initialization"));
+    table.push(
+        Variable::flag(201, "saturated").depends_on(&[]).text("True while the voltage is at an end of its range"),
+    );
+    table.push(Variable::counter(202, "samples").depends_on(&[]).text("Samples since initialization"));
     table.extend(Parameters::table());
     Table::new(table)
 }
@@ -105,15 +107,15 @@ outputs! {
     /// The computed real variables, which keep the values of the last sample.
     Outputs {
         voltage = Variable::output(101, "valveVoltage", units::VOLT).nominal(1.0)
-            .text("Voltage for the valve; valve.neutral until the first sample");
+            .depends_on(&[]).text("Voltage for the valve; valve.neutral until the first sample");
         error = Variable::output(102, "positionError", units::METRE).nominal(1e-3).shown_in("mm")
-            .text("Reference less measured position at the last sample");
+            .depends_on(&[]).text("Reference less measured position at the last sample");
         wanted = Variable::output(103, "wantedVelocity", units::METRE_PER_SECOND).local().nominal(0.1).shown_in("mm/s")
-            .text("Set point of the velocity loop at the last sample");
+            .depends_on(&[]).text("Set point of the velocity loop at the last sample");
         command = Variable::output(104, "command", units::VOLT).local().nominal(1.0)
-            .text("Voltage that an ideal valve would need, before its range and its dead zone are taken into account");
+            .depends_on(&[]).text("Voltage that an ideal valve would need, before its range and its dead zone are taken into account");
         integral = Variable::output(105, "integral", units::VOLT).local().nominal(1.0)
-            .text("Integral part of the command");
+            .depends_on(&[]).text("Integral part of the command");
     }
 }
 

@@ -125,7 +125,7 @@ outputs! {
             .depends_on(&[depends::X2, depends::X1])
             .text("True while the internal mass presses the impact spring");
         impacts = Variable::counter(201, "impacts")
-            .text("Impacts since initialization");
+            .depends_on(&[]).text("Impacts since initialization");
     }
 }
 

@@ -52,7 +52,7 @@ outputs! {
         rate_a = rate(0, "switching.openingA");
         rate_b = rate(1, "switching.openingB");
         duty = Variable::output(234, "switching.duty", units::ONE).local().nominal(1.0)
-            .text("Duty cycle of the present pulse, positive if it feeds chamber A; 0 on another rig");
+            .depends_on(&[]).text("Duty cycle of the present pulse, positive if it feeds chamber A; 0 on another rig");
     }
 }
 
@@ -65,7 +65,11 @@ fn opening(valve: usize, name: &str, what: &str) -> Variable {
 
 fn rate(valve: usize, name: &str) -> Variable {
     let variable = Variable::output(OPENINGS[valve] + 2, &format!("der({name})"), units::PER_SECOND).local();
-    variable.nominal(1e3).derivative_of(OPENINGS[valve]).text("Rate of the opening of a switching valve")
+    variable
+        .nominal(1e3)
+        .derivative_of(OPENINGS[valve])
+        .depends_on(&[])
+        .text("Rate of the opening of a switching valve")
 }
 
 /// Two solenoid valves driven by pulses of one voltage. States: how far the valves that feed the chambers are open.

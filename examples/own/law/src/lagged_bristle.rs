@@ -24,22 +24,12 @@ parameters! {
 impl FrictionLaw for LaggedBristle {
     type Memory<S: Varying> = ();
 
-    fn states(&self) -> usize {
-        2
-    }
-
-    fn state_kind(&self) -> StateKind {
-        StateKind::Force
-    }
-
-    // The rate of the second force depends on the first.
-    fn couples_states() -> bool {
-        true
-    }
-
-    fn state_scale(&self) -> f64 {
-        10.0
-    }
+    const STATES: &'static [LawState<Self>] = &[
+        LawState::new("bristle", units::NEWTON, |law: &Self| law.coulomb.value)
+            .text("Force of the bristle at rated load"),
+        LawState::new("film", units::NEWTON, |law: &Self| law.coulomb.value)
+            .text("Force that the film passes on at rated load"),
+    ];
 
     fn start<S: Varying>(&self, _contact: &Contact<S>) {}
 

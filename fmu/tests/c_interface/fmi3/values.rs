@@ -343,7 +343,7 @@ pub fn dependencies_are_those_of_the_table() {
     let instance = Instance3::of(cylinder(), Way::Exchange);
     let table = cylinder().table();
     for (_, variable) in table.arrays() {
-        let expected: Vec<_> = variable.depends_on.iter().map(|known| (0, *known, 0, 5)).collect();
+        let expected: Vec<_> = table.dependencies(variable).into_iter().map(|known| (0, known, 0, 5)).collect();
         assert_eq!(instance.dependencies(variable.reference), expected, "{}", variable.name);
     }
     let all = instance.dependencies(FIRST_INDICATOR);
