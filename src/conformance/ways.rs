@@ -72,5 +72,9 @@ pub fn both_ways(setup: &Setup, agreement: &Agreement, course: Course, step: f64
         panic!("every model has a counter of events")
     };
     let [one, other] = [inside.computed()[events], seen[events]];
-    assert!((one - other).abs() <= agreement.events * one, "{told}: {other} events outside, {one} inside");
+    let (allowed, end) = (agreement.events * one, f64::from(count) * step);
+    assert!(
+        (one - other).abs() <= allowed,
+        "{told}: {other} events with the solver outside and {one} inside, until {end} s; they may differ by {allowed}"
+    );
 }

@@ -8,6 +8,7 @@ use super::registry::Friction;
 use super::states::{self, Named};
 use crate::numbers::{Dual, Real, Scalar, Varying};
 use crate::system::{Limits, Sample};
+use crate::variables::Variable;
 
 /// A friction law and the place of its states; a model may hold several.
 ///
@@ -58,6 +59,13 @@ impl<L: FrictionLaw> FrictionContact<L> {
             first,
             references,
         }
+    }
+
+    /// The variables of the states of a contact in a group of a model and of their rates, in the order in which
+    /// [`Observation::write`] writes them. `base` is the reference from which [`new`](Self::new) counts them: 460 of the first
+    /// contact, 40 more for each further one. `sliding` lists the states and inputs that velocity and load level depend on.
+    pub fn variables(group: &str, base: u32, sliding: &[u32]) -> Vec<Variable> {
+        states::table::<L>(group, base, sliding)
     }
 
     /// The law.
