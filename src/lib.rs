@@ -76,5 +76,6 @@ struct Readme;
 
 #[cfg(any(doc, doctest))]
 #[doc = include_str!("../docs/own.md")]
+#[doc = include_str!("../docs/own-model.md")]
 #[doc = include_str!("../docs/own-packing.md")]
 pub mod guide {}

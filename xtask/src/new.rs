@@ -1,5 +1,5 @@
 //! `cargo xtask new`: crates of one's own, to begin with. What they hold is in the repository already, where tests compile and run
-//! it: laws in `examples/own/law`, a valve and a model in `docs/own.md`.
+//! it: laws in `examples/own/law`, a valve and a model in `docs/own-model.md`.
 
 use std::collections::BTreeSet;
 use std::ffi::OsString;
@@ -182,13 +182,13 @@ fn sources(kind: Kind, home: &Path) -> Result<Vec<(&'static str, String)>> {
     }
 }
 
-/// The program of `docs/own.md` that is about a type, without its `main`.
+/// The program of `docs/own-model.md` that is about a type, without its `main`.
 fn of_page(home: &Path, name: &str, comment: &str) -> Result<Vec<(&'static str, String)>> {
-    let page = files::text(home.join("docs/own.md"))?;
+    let page = files::text(home.join("docs/own-model.md"))?;
     let programs =
         page.split("```rust\n").skip(1).filter_map(|rest| rest.split_once("```")).map(|(program, _)| program);
     let program = programs.filter_map(|program| program.split_once("\nfn main()")).find(|(it, _)| it.contains(name));
-    let (program, _) = program.with_context(|| format!("docs/own.md has no program about {name}"))?;
+    let (program, _) = program.with_context(|| format!("docs/own-model.md has no program about {name}"))?;
     let program = program.replace(name, "@Name@").replace(&group(name), "@group@").replace("pub static", "pub const");
     let models = if program.contains("const CYLINDER") { "CYLINDER" } else { "MODEL" };
     Ok(vec![("src/lib.rs", format!("{comment}\n\n{program}\npneumatic_servo_fmu::export_fmu!(&[{models}]);\n"))])
