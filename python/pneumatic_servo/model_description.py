@@ -22,7 +22,7 @@ class ModelDescription:
     """Description of a model without a run; `Model` adds runs."""
 
     def __init__(self, name: str | Path = "PneumaticServoCylinder") -> None:
-        # What an FMU has in place of a native model answers the same questions.
+        # A model in an FMU has the methods of a native one.
         self._is_fmu = str(name).endswith(".fmu")
         if self._is_fmu:
             self._native = cast(_native.Model, FmuModel(name))
