@@ -1,5 +1,5 @@
-//! A friction-loaded pneumatic servo cylinder: friction laws that stick, valve, chambers, carriage, and the solver that runs
-//! them.
+//! A friction-loaded pneumatic servo cylinder: friction models that stick, valve, chambers, carriage, and the solver that
+//! runs them.
 //!
 //! ```
 //! use pneumatic_servo::model::Setup;
@@ -24,14 +24,14 @@
 //! | [`solver`] | the hybrid integrator, which knows equations but no cylinder |
 //! | [`friction`], [`pneumatics`], [`mechanics`], `sensor` | the physics |
 //! | [`system`] | the trait of a model: hybrid equations with tables |
-//! | [`sensitivity`] | how a run changes with parameters, inputs and states |
-//! | [`model_exchange`], [`co_simulation`] | a run with the solver outside, or with one inside |
+//! | [`sensitivity`] | derivatives of a run by parameters, inputs and states |
+//! | [`model_exchange`], [`co_simulation`] | a run under the solver of an importer, or under the library's |
 //! | [`model`] | a model built and run by name |
 //! | [`models`] | the models of this library |
 //! | [`prelude`] | items for a law, an actuator or a model of one's own |
 //! | [`conformance`] | promises of every law and model, as checks for their tests |
 //!
-//! [`guide`] tells how a law, an actuator or a model of your own is written, tested and packed.
+//! [`guide`] explains how to write, test and pack a law, an actuator or a model of your own.
 //!
 //! Rust 1.89 or later. Features:
 //!

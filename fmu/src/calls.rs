@@ -1,4 +1,4 @@
-//! Which call is allowed in which mode: one table for all versions of the standard, checked in one place.
+//! The table of calls allowed in each mode, for all versions of the standard, checked in one place.
 
 use serde::{Deserialize, Serialize};
 

@@ -1,4 +1,4 @@
-//! The one line by which a shared library says which models it serves.
+//! The macro by which a shared library lists its models.
 
 /// Makes the crate that calls it, compiled as a `cdylib`, a library of FMUs: it exports all functions of FMI 2.0 and 3.0,
 /// for the models of a list (`&'static [Model]`). Called once, at the root of the crate.

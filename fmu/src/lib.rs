@@ -1,17 +1,17 @@
 //! Models as FMUs: the C interface of FMI 2.0 and 3.0 to any list of [`Model`]s. A crate that
 //! is compiled as a `cdylib` says once which models its library serves, by [`export_fmu!`].
 //!
-//! | place | what lives there |
+//! | module | contents |
 //! |---|---|
 //! | `instance` | instances, their values, steps, saved states and messages; knows no version of the standard |
-//! | `calls` | which call is allowed in which mode, as data |
-//! | `failure` | how a call ends that did not succeed |
+//! | `calls` | the table of calls allowed in each mode |
+//! | `failure` | status and message of a failed call |
 //! | `host` | the host's memory: arrays and strings that are read and written through pointers |
-//! | `memory`, `unload` | whether there is room for an instance; what is freed when the library is unloaded |
-//! | `face` | what the faces have in common |
-//! | `export` | the one line by which a library says which models it serves |
-//! | [`self_test`](mod@self_test), `module` | sources in C: a short run that shows exact arithmetic, and what they need besides the faces |
-//! | [`fmi2`], [`fmi3`] | the faces of FMI 2.0 and 3.0: C types and functions |
+//! | `memory`, `unload` | a check of memory for an instance; clean-up when the library is unloaded |
+//! | `c_interface` | the common part of the C interfaces |
+//! | `export` | the macro that lists the models of a library |
+//! | [`self_test`](mod@self_test), `module` | sources in C: a short run that proves exact arithmetic, and their other exports |
+//! | [`fmi2`], [`fmi3`] | the C interfaces of FMI 2.0 and 3.0: types and functions |
 //!
 //! # Rules a host can rely on
 //! - A call that returns an error has changed nothing and has logged why; the instance can go on. Without an instance to ask,
@@ -26,7 +26,7 @@
 
 mod calls;
 #[macro_use]
-mod face;
+mod c_interface;
 mod export;
 mod failure;
 pub mod fmi2;

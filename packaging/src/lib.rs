@@ -28,7 +28,6 @@ pub mod gates;
 pub mod library;
 pub mod licences;
 pub mod lock;
-mod own;
 pub mod package;
 pub mod parameter_sets;
 pub mod platform;
@@ -38,7 +37,8 @@ pub mod sources;
 pub mod ssp;
 pub mod timestamp;
 pub mod tools;
+mod user_crate;
 pub mod venv;
 pub mod workspace;
 
-pub use own::{Crate, package, package_loop};
+pub use user_crate::{Crate, package, package_loop};

@@ -5,7 +5,7 @@
 //! `Handle::call`.
 //!
 //! # Safety
-//! See `crate::face`.
+//! See `crate::c_interface`.
 
 #![allow(unsafe_code, reason = "this is the C interface")]
 #![allow(non_snake_case, reason = "the standard's names")]
@@ -22,8 +22,10 @@ use super::types::{
     Boolean, Byte, CO_SIMULATION, CallbackFunctions, Component, EventInfo, FmuState, FmuType, Integer, MODEL_EXCHANGE,
     Real, Status, Text, ValueReference,
 };
+use crate::c_interface::{
+    call, choose_log, deserialize, forget, free, hand_out, save, serialize, set_states, tell, vector,
+};
 use crate::calls::Call;
-use crate::face::{call, choose_log, deserialize, forget, free, hand_out, save, serialize, set_states, tell, vector};
 use crate::failure::Failure;
 use crate::host::{Input, Output, text};
 use crate::instance::{self, Base, Instance, Kind, Library, Vector, Wanted};

@@ -5,7 +5,7 @@
 //! `Handle::call`. What the FMU does not offer is refused with a reason.
 //!
 //! # Safety
-//! See `crate::face`.
+//! See `crate::c_interface`.
 
 #![allow(unsafe_code, reason = "this is the C interface")]
 #![allow(non_snake_case, reason = "the standard's names")]
@@ -20,8 +20,8 @@ use super::types::{
     InstanceEnvironment, IntermediateUpdate, IntervalQualifier, LogMessage, Preemption, Status, Text, ValueReference,
 };
 use super::values::{absent, get, set};
+use crate::c_interface::{call, choose_log, deserialize, forget, free, save, serialize, set_states, tell, vector};
 use crate::calls::Call;
-use crate::face::{call, choose_log, deserialize, forget, free, save, serialize, set_states, tell, vector};
 use crate::failure::Failure;
 use crate::host::{Input, Output};
 use crate::instance::{Base, Instance, Vector};

@@ -2,7 +2,7 @@
 //! themselves come from [`export_fmu!`](crate::export_fmu).
 //!
 //! # Safety
-//! See `crate::face`.
+//! See `crate::c_interface`.
 
 #![allow(unsafe_code, reason = "this is the C interface")]
 #![allow(clippy::missing_safety_doc, reason = "the module states it for all functions")]
@@ -13,7 +13,7 @@ use super::types::{
     Boolean, ClockUpdate, Instance as Component, InstanceEnvironment, IntermediateUpdate, LogMessage, Preemption, Text,
     ValueReference,
 };
-use crate::face::hand_out;
+use crate::c_interface::hand_out;
 use crate::failure::Failure;
 use crate::host::text;
 use crate::instance::{self, Kind, Library, Wanted, instantiate};

@@ -4,7 +4,7 @@
 
 use std::ffi::{c_char, c_int, c_void};
 
-pub use crate::face::{Component as Instance, Status};
+pub use crate::c_interface::{Component as Instance, Status};
 
 /// `fmi3InstanceEnvironment`: a pointer of the host's, handed back to its callbacks.
 pub type InstanceEnvironment = *mut c_void;

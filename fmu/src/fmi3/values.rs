@@ -34,7 +34,7 @@ numbers! { f32 f64 i8 u8 i16 u16 i32 u32 i64 u64 }
 /// Reads arrays of a type.
 ///
 /// # Safety
-/// Of the module `face`.
+/// As in the module `c_interface`.
 pub unsafe fn get<T: Number>(
     instance: &mut Instance,
     base: Base,
@@ -43,7 +43,7 @@ pub unsafe fn get<T: Number>(
     values: *mut T,
     room: usize,
 ) -> Result<(), Failure> {
-    // SAFETY: of the module `face`.
+    // SAFETY: as in the module `c_interface`.
     let (references, values) =
         unsafe { (Input::new(references, number, "valueReferences")?, Output::new(values, room, "values")?) };
     values.write(instance.get_arrays(base, references.iter(), room)?.iter().map(|value| T::of(*value)));
@@ -53,7 +53,7 @@ pub unsafe fn get<T: Number>(
 /// Sets arrays of a type: all of them, or none if one element is refused.
 ///
 /// # Safety
-/// Of the module `face`.
+/// As in the module `c_interface`.
 pub unsafe fn set<T: Number>(
     instance: &mut Instance,
     base: Base,
@@ -62,7 +62,7 @@ pub unsafe fn set<T: Number>(
     values: *const T,
     room: usize,
 ) -> Result<(), Failure> {
-    // SAFETY: of the module `face`.
+    // SAFETY: as in the module `c_interface`.
     let (references, values) =
         unsafe { (Input::new(references, number, "valueReferences")?, Input::new(values, room, "values")?) };
     let elements = instance.elements(references.iter(), room)?;
@@ -72,14 +72,14 @@ pub unsafe fn set<T: Number>(
 /// Refuses variables of a type that no variable has; none at all are fine.
 ///
 /// # Safety
-/// Of the module `face`.
+/// As in the module `c_interface`.
 pub unsafe fn absent(
     instance: &mut Instance,
     kind: &'static str,
     references: *const ValueReference,
     number: usize,
 ) -> Result<(), Failure> {
-    // SAFETY: of the module `face`.
+    // SAFETY: as in the module `c_interface`.
     let references = unsafe { Input::new(references, number, "valueReferences")? };
     instance.get_arrays(Base::Absent(kind), references.iter(), 0).map(|_| ())
 }

@@ -1,9 +1,9 @@
 //! `cargo xtask test --sources`: the sources in C, compiled for this machine and for others, and run there. Every result is
 //! compared with the library in Rust, bit for bit.
 
-mod alone;
 mod compiled;
-mod needs;
+mod footprint;
+mod single_law;
 mod suite;
 mod target;
 
@@ -60,7 +60,7 @@ pub fn run(workspace: &Workspace, only: &[String]) -> Result<()> {
     }
     if is_wanted(only, LOOP) {
         tools::require(missing(&[Target::CortexM7])?)?;
-        alone::run(workspace)?;
+        single_law::run(workspace)?;
     }
     if is_wanted(only, TRANSLATOR) {
         translator(workspace)?;

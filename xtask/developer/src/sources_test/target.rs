@@ -10,7 +10,7 @@ use pneumatic_servo_packaging::tools::Tool;
 use pneumatic_servo_packaging::workspace::Workspace;
 
 use super::compiled::{Compiler, Written};
-use super::needs::Needs;
+use super::footprint::Needs;
 use crate::platform_test::{Machine, wine};
 
 /// Result of the programs on a target.
