@@ -58,7 +58,7 @@ class Band:
             axes = figure.subplots(len(shown), 1, sharex=True, squeeze=False)[:, 0]
             for axis, name in zip(axes, shown, strict=True):
                 unit = variables[name].shown
-                # What rotates is shown in the SI unit: 1000 mm would be 1000 mrad.
+                # Values of rotating machines are shown in the SI unit: 1000 mm would be 1000 mrad.
                 if (own := self.units.of(variables[name].unit)) != variables[name].unit:
                     unit = Unit(own)
                 low, middle, high = (unit.factor * course + unit.offset for course in self.of(name, level))

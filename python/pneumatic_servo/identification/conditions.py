@@ -28,7 +28,7 @@ QUANTITIES: dict[str, tuple[tuple[str, ...], str, Callable[[Record], float]]] = 
     "amplitude": (("position",), "m", lambda record: 0.5 * float(np.ptp(record.signals["position"]))),
     "speed": (("position", "velocity"), "m/s", lambda record: fastest(measured_speed(record))),
 }
-"""What tells conditions apart: the signals of which one is needed, the unit, and what is taken of a record."""
+"""Quantities that distinguish conditions: the signals of which one is needed, the unit, and the value of a record."""
 
 
 @dataclass(frozen=True)
@@ -61,7 +61,7 @@ def conditions(problem: Problem, records: list[Record], quantity: str) -> list[C
     problem : Problem
         A problem.
     records : list of Record
-        What its windows were cut from: stretches without gaps.
+        Records of its windows: stretches without gaps.
     quantity : str
         ``record``, or one of `QUANTITIES`.
 

@@ -32,7 +32,7 @@ from pneumatic_servo.run import table
 Array = NDArray[np.float64]
 
 MISSED = 3.0
-"""Where no friction is told, a condition that leaves so many times what is left if it is fitted is not predicted."""
+"""Ratio of predicted to fitted residuals of a condition, from which, without a friction, it is not predicted."""
 
 
 @dataclass(frozen=True)
@@ -42,11 +42,11 @@ class Case:
     Attributes
     ----------
     condition : Condition
-        Which.
+        Name of the condition.
     samples : int
         Number of its samples.
     rms, fitted : dict
-        What is left of each signal in it, if it is left out and if it is fitted along, in SI units.
+        RMS residual of each signal in it, predicted and fitted, in SI units.
     friction : Foretold or None
         Friction; None for experiments that do not tell it alone (``rig``, ``pneumatic``).
     beyond : tuple of str
@@ -192,7 +192,7 @@ def cross_validate(
     loss : str
         Loss function.
     law_error : float
-        What friction is expected to differ by from the law, as a share.
+        Expected deviation of friction from the law, as a share.
     watch : Watch
         Is told how far it is.
     """

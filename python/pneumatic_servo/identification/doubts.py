@@ -29,7 +29,7 @@ MUCH = 0.5
 TIMES = (0.003, 0.01, 0.02, 0.04)
 """Delays and lags in s that are tried."""
 STEP = 0.05
-"""What is tried of a gain or an offset, in magnitudes of it."""
+"""Tried change of a gain or an offset, in its magnitudes."""
 BLIND = 1e-6
 """A direction of which the free parameters leave less than this share is theirs."""
 
@@ -43,7 +43,7 @@ class Doubt:
     name : str
         ``gain.SIGNAL``, ``offset.SIGNAL``, ``delay.SIGNAL`` or ``lag.SIGNAL``.
     value : float
-        What it is about, in SI units.
+        Magnitude of the mistake, in SI units.
     unit : str
         SI unit.
     gain : float
@@ -90,7 +90,7 @@ def doubt(fit: Fitted, residuals: Residuals) -> Doubt | None:
     if explains_nothing(fit, residuals):
         return None
     problem = fit.problem.trained()
-    # What windows begin with is where it was fitted.
+    # Start values of windows are the fitted ones.
     x = np.concatenate([fit.x, np.zeros(sum(problem.loose))])
     known = {*fit.problem.experiment.settings, *(free.name for free in problem.free)}
     names = [name for name in problem.experiment.beside if "." in name and name not in known]

@@ -1,4 +1,4 @@
-"""Which of several laws the data speak for, and whether they can tell at all.
+"""Evidence of the data for several laws, and whether it distinguishes them.
 
 The expected log predictive density (elpd) of each law is found by leaving out one stretch of time after the other, not
 one sample, since neighbouring samples tell much the same. None is fitted anew: draws about the solution are weighted as
@@ -45,7 +45,7 @@ COLUMNS = ["law", "elpd", "difference", "standard error", "is told from the firs
 
 @dataclass(frozen=True)
 class Preference:
-    """What the data say of one law.
+    """Evidence of the data for one law.
 
     Attributes
     ----------
@@ -54,7 +54,7 @@ class Preference:
     elpd : float
         Sum over the stretches of the logarithm of the density of what was measured there, predicted from all others.
     difference, error : float
-        How much less that is than of the first law, and the standard error of this, from how it varies among stretches.
+        Difference of that from the first law, and its standard error, from its scatter among stretches.
     is_told : bool
         Whether the data tell the law from the first: by more than the 95 % interval of the difference, and more than 4.
     shapes : ndarray of shape (stretches,)
@@ -71,7 +71,7 @@ class Preference:
 
 @dataclass(frozen=True)
 class Evidence:
-    """What the data say of several laws, the best predicting first."""
+    """Evidence of the data for several laws, the best predicting first."""
 
     laws: tuple[Preference, ...]
 
@@ -82,7 +82,7 @@ class Evidence:
 
     @property
     def doubtful(self) -> dict[str, int]:
-        """How many stretches have a shape above 0.7, by law; laws without any are left out."""
+        """Stretches with a shape above 0.7, by law; laws without any are left out."""
         return {one.law: int(np.sum(one.shapes > DOUBTFUL)) for one in self.laws if np.any(one.shapes > DOUBTFUL)}
 
     def rows(self) -> list[tuple[str, float, float, float, bool, float]]:

@@ -20,7 +20,7 @@ POINTS = 4000
 SHOWN = 60
 """Samples before and after the worst misfit that its picture has."""
 UNITS = {"m": ("mm", 1e3), "m/s": ("mm/s", 1e3), "Pa": ("bar", 1e-5)}
-"""What figures show in place of an SI unit."""
+"""Units of figures in place of SI units."""
 
 
 def shown(unit: str) -> tuple[str, float]:

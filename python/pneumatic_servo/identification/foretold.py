@@ -81,20 +81,20 @@ class Foretold:
 
 @dataclass(frozen=True)
 class Left:
-    """What is left of some windows, and what could make it less.
+    """Residuals of some windows, and the derivatives that could reduce them.
 
     Attributes
     ----------
     rests : dict
-        Differences by signal, in SI units, with windows that begin as suits them best.
+        Residuals by signal, in SI units, with optimal start values of the windows.
     weights : ndarray of shape (samples,)
-        What makes of a difference one in units of the noise.
+        Factors that convert a difference to units of the noise.
     residuals : ndarray of shape (samples,)
         The same in units of the noise.
     derivatives : ndarray of shape (samples, parameters)
-        Their derivatives by the free parameters, with the sign of the simulation, without what beginnings can do.
+        Their derivatives by the estimated parameters, with the sign of the simulation, start values projected out.
     basis : ndarray of shape (samples, beginnings)
-        What beginnings can do.
+        Derivatives by start values.
     """
 
     rests: dict[str, Array]
@@ -150,9 +150,9 @@ def foretell(
     groups : sequence of sequence of int
         Their places, condition by condition.
     out, asked : Problem, ndarray
-        The windows that are left out, with the values that the others tell and what they begin with.
+        The validation windows, with the values estimated from the others and their start values.
     left : Left
-        What is left of them then.
+        Residuals under these values.
     law_error : float
         Deviation of tau, before the data tell.
     """
@@ -165,7 +165,7 @@ def foretell(
     sensors = _of_sensors(training)
     middle, low, high, spread = _foretold(fitted, own, training.blocks(2 * STRETCHES), slope, sensors, law_error)
     with np.errstate(over="ignore"):
-        # Where the others tell nothing of it, the upper end is as good as infinite.
+        # Without information from the others, the upper end is as good as infinite.
         middle, low, high = (float(mean * np.exp(end)) for end in (middle, low, high))
     share, half = _measured(out, left, _of_factor(out, asked, left))
     return Foretold(
@@ -214,9 +214,9 @@ class _Seen:
     Attributes
     ----------
     residuals : ndarray of shape (directions,)
-        What is left, in units of the noise.
+        Residuals in units of the noise.
     derivatives : ndarray of shape (directions, parameters)
-        How the parameters change it.
+        Their derivatives by the parameters.
     size : float
         Square of how much the factor of all friction does.
     """

@@ -27,7 +27,7 @@ PIECES = 8
 STRETCHES = 10
 """Stretches of time that are left out in turn."""
 PENALTIES = np.geomspace(1e-6, 1e2, 9)
-"""How strongly a curve is held to zero, in units of what its samples tell on average."""
+"""Weight of the prior of a curve at zero, in units of the mean information of its samples."""
 VARIES = 0.05
 """A load level that varies by less than this share says nothing of load."""
 FEWEST = 200
@@ -36,7 +36,7 @@ FEWEST = 200
 
 @dataclass(frozen=True)
 class FreeForm:
-    """What is left of friction, as rms, in motion: by the law, and by a free curve on top of it.
+    """RMS residual of friction in motion: under the law, and with a free curve on top of it.
 
     Attributes
     ----------

@@ -88,13 +88,13 @@ class Linearised:
     Attributes
     ----------
     derivatives : ndarray of shape (samples, parameters)
-        What is left of the derivatives when the windows begin as suits them best, in units of the noise.
+        Derivatives with the start values of windows projected out, in units of the noise.
     scores : ndarray of shape (samples,)
         Residuals in the same units, of variance 1.
     blocks : ndarray of shape (samples,)
-        Which of `BLOCKS` stretches of time a sample belongs to.
+        Index of the `BLOCKS` stretches of time, for each sample.
     records : ndarray of shape (samples,)
-        Which record.
+        Index of the record, for each sample.
     """
 
     derivatives: Array

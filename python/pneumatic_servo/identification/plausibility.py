@@ -51,7 +51,7 @@ MACHINE = {
     "force": ("mass",),
     "mechanical": ("cylinder.bore", "cylinder.rod", "mass.moving"),
 }
-"""What a user's machine has of its own in each experiment."""
+"""Parameters of a user's machine in each experiment."""
 
 
 def checked(experiment: Experiment, data: Sequence[Measured], loss: str) -> tuple[list[Measured], list[str]]:

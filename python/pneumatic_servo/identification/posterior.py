@@ -42,7 +42,7 @@ class Posterior:
     log_density : ndarray of shape (chains, draws)
         Logarithm of the posterior, but for a constant.
     effective : dict
-        How many of the draws of each parameter count as independent.
+        Effective number of samples of each parameter.
     r_hat : dict
         Between-chain against within-chain spread of the split chains (A. Gelman et al., Bayesian Data Analysis, 2013):
         1 where the chains have come to the same end.
@@ -51,7 +51,7 @@ class Posterior:
     model : str
         Name of the model that the draws are for.
     settings : dict
-        What all runs of it share: the law and known parameters.
+        Common settings of its runs: the law and fixed parameters.
     ranges : Ranges
         From where to where the data went that the posterior is of.
     """
@@ -120,7 +120,7 @@ class Posterior:
         number : int
             Number of draws.
         common : mapping, optional
-            What is set besides in all runs; in place of a known parameter of the fit where both are given.
+            Settings of all runs; they replace fixed parameters of the fit.
         **options
             As for `Model.simulate_many`: inputs, stop, step, outputs, executor, progress and so on.
 

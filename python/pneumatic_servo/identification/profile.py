@@ -13,9 +13,9 @@ from pneumatic_servo.identification.solve import refine
 Array = NDArray[np.float64]
 
 DOUBLINGS = 6
-"""How often the search for an end goes on to twice the distance."""
+"""Doublings of the distance in the search for an end."""
 HALVINGS = 6
-"""How often the distance of an end is halved between two that enclose it."""
+"""Halvings of the distance of an end between two that enclose it."""
 
 
 def profile(problem: Problem, x: Array, half: Array, white: Array) -> tuple[Array, Array]:

@@ -21,7 +21,7 @@ Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 MARGIN, OF_LARGEST = 0.1, 0.05
-"""What is asked may leave the range by so much of its width, or of its largest value, if that is more."""
+"""Share of its width, or of its largest value if that is more, by which a signal may leave the range."""
 RARE = 0.01
 """Share of samples at each end that is not counted as asked: noise and single peaks ask for nothing."""
 

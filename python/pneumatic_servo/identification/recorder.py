@@ -37,13 +37,13 @@ SMALL = 0.01
 MISSING = 1.5
 """An interval of so many usual ones has lost samples."""
 FEW = 0.1
-"""Where more than this share of the intervals are so long, samples are just not even."""
+"""Share of irregular intervals from which samples count as uneven."""
 CHANCE, CERTAIN = 5.0, 5
 """Rows are repeated if so many times more are than chance makes, and by more than so many."""
 
 
 ASKED = ("time", "valveVoltage", "supplyPressure")
-"""What a controller asks for may well stay at an end, leap, and be repeated."""
+"""Signals of a controller, which may stay at an end, leap, and be repeated."""
 
 
 def check(source: Measured, units: Units) -> list[str]:
@@ -83,7 +83,7 @@ def clipped(values: Array) -> Iterator[tuple[float, int]]:
     has_noise = _has_noise(np.diff(values)[~(at_end[1:] & at_end[:-1])])
     for end in ends:
         longest = int(np.max(_runs(values == end)[1]))
-        # What is at rest, or unloaded, is truly at 0.
+        # A signal at rest, or unloaded, is exactly 0.
         if has_noise and end != 0.0 and longest >= LONG:
             yield end, int(np.sum(values == end))
 

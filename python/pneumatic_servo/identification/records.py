@@ -30,7 +30,7 @@ class Record:
     Attributes
     ----------
     name : str
-        Where it comes from.
+        Source of the record.
     time : ndarray of shape (samples,)
         Times in s, from 0.
     begin : float

@@ -29,14 +29,14 @@ WEAK = 0.2
 
 @dataclass(frozen=True)
 class Regime:
-    """What is left of a signal in one kind of motion.
+    """Residuals of a signal in one kind of motion.
 
     Attributes
     ----------
     name : str
         ``at rest``, ``at break-away``, ``at reversals``, ``in slow motion`` or ``in fast motion``.
     samples : int
-        How many samples there are of it.
+        Number of its samples.
     rms : float
         Root mean square of what is left, in SI units.
     is_white : bool

@@ -32,7 +32,7 @@ class Course:
 
 @dataclass(frozen=True)
 class Worst:
-    """Where most is missed: signal, window, sample, and the mean square there in units of the noise."""
+    """Largest residual: signal, window, sample, and the mean square there in units of the noise."""
 
     signal: str
     window: int
@@ -51,7 +51,7 @@ class Residuals:
 
     @cached_property
     def kinds(self) -> dict[str, list[Mask]]:
-        """Which samples of each window belong to each kind of motion."""
+        """Samples of each window by kind of motion."""
         return kinds(self.problem)
 
     def unit(self, signal: str) -> str:

@@ -64,11 +64,11 @@ class Density:
     Attributes
     ----------
     problem : Problem
-        What was fitted.
+        Fitted problem.
     x : ndarray
         Its solution, with what windows begin with.
     stretch : ndarray of shape (parameters,)
-        How much wider than that of independent residuals each interval is.
+        Ratio of each interval to the one for independent residuals.
     basis : ndarray of shape (samples, beginnings)
         Directions in which residuals move with what windows begin with.
     """

@@ -30,7 +30,7 @@ ROTATING = {
     "m": "rad", "m/s": "rad/s", "m/s2": "rad/s2", "N": "N.m", "kg": "kg.m2", "N/m": "N.m/rad", "N.s/m": "N.m.s/rad",
     "1/m": "1/rad", "N/s": "N.m/s",
 }  # fmt: skip
-"""What a rotating machine has in place of the units of one that slides; equations and numbers are the same."""
+"""Units of a rotating machine in place of a sliding one's; equations and numbers are the same."""
 
 ALSO = {"position": ("rad",), "velocity": ("rad/s",), "force": ("N.m", "A")}
 """Other SI units that readings of the experiment `force` may have."""
@@ -70,7 +70,7 @@ class Units:
 
     @property
     def told(self) -> str:
-        """How to read the units of the model, for people; nothing for a machine that slides."""
+        """Note on the units of the model, for people; nothing for a machine that slides."""
         return "of a rotating machine: read N.m for N, kg.m2 for kg, rad for m" if self.is_rotating else ""
 
 

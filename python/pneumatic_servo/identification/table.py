@@ -23,7 +23,7 @@ from pneumatic_servo.words import said
 Array = NDArray[np.float64]
 
 DRIVEN = ("valveVoltage", "supplyPressure", "externalForce")
-"""What runs record as it was in force up to each row."""
+"""Recorded values of inputs, in force up to each row."""
 
 
 @dataclass(frozen=True)
@@ -101,7 +101,7 @@ class Measured:
     Attributes
     ----------
     name : str
-        Where they come from.
+        File of the table.
     signals : dict
         Arrays by name, ``time`` among them.
     where : callable

@@ -16,7 +16,7 @@ Array = NDArray[np.float64]
 Told = bool | Callable[[str], None]
 """Whether to show what is being done, or what is told it."""
 QUIET = 10.0
-"""Where there is no terminal, a line is written every so many seconds."""
+"""Interval in s of lines of progress where there is no terminal."""
 
 
 class Watch:

@@ -54,12 +54,12 @@ class Motion(Experiment):
 
     @property
     def moving(self) -> str:
-        """What the motion is taken from."""
+        """Signal of the motion."""
         return "position" if "position" in self.signals else "velocity"
 
     @property
     def beside(self) -> Mapping[str, str]:
-        """What sensors do; from where a position counts has no effect here."""
+        """Parameters of sensors; the zero of a position has no effect here."""
         return {name: unit for name, unit in super().beside.items() if name != "offset.position"}
 
     @property

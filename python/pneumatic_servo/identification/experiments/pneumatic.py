@@ -36,7 +36,7 @@ class Pneumatic(OfCylinder):
 
     @property
     def driving(self) -> tuple[str, ...]:
-        """What is given and measured."""
+        """Given and measured signals."""
         return tuple(signal for signal in ("position", "valveVoltage", "supplyPressure") if signal in self.signals)
 
     def prepare(self, record: Record) -> tuple[Mapping[str, Array], NDArray[np.bool_]]:

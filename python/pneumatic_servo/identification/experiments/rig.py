@@ -26,12 +26,12 @@ class Rig(OfCylinder):
 
     @property
     def compared(self) -> tuple[str, ...]:
-        """What is measured of the motion and the gas."""
+        """Measured signals of the motion and the gas."""
         return tuple(signal for signal in COMPARED if signal in self.signals)
 
     @property
     def driving(self) -> tuple[str, ...]:
-        """What is given and measured."""
+        """Given and measured signals."""
         return tuple(signal for signal in GIVEN if signal in self.signals)
 
     def prepare(self, record: Record) -> tuple[Mapping[str, Array], NDArray[np.bool_]]:
