@@ -16,7 +16,7 @@ from pneumatic_servo.columns import Table
 from pneumatic_servo.errors import Refused
 from pneumatic_servo.grid import Grid
 from pneumatic_servo.names import did_you_mean
-from pneumatic_servo.noticed import tell_ends, tell_saturation
+from pneumatic_servo.plant_warnings import warn_ends, warn_saturation
 from pneumatic_servo.run import Run
 from pneumatic_servo.tables import is_counted, numbers, of_frame, read_table
 from pneumatic_servo.units import in_unit, is_quantity, magnitude, to_si
@@ -189,9 +189,9 @@ def tell_unusual(variables: Variables, driven: Mapping[str, Any], grid: Grid) ->
         if callable(given):
             continue
         if isinstance(given, tuple):
-            tell_ends(variable, given[0], grid)
+            warn_ends(variable, given[0], grid)
         column = given[1] if isinstance(given, tuple) else given
-        tell_saturation(variable, float(np.min(column)), float(np.max(column)))
+        warn_saturation(variable, float(np.min(column)), float(np.max(column)))
 
 
 def _one_per_run(variable: Variable, column: Array, number: int) -> Array:

@@ -9,7 +9,7 @@ from typing import Any, NoReturn, Protocol, runtime_checkable
 
 import numpy as np
 
-from pneumatic_servo import _native, defaults, effects, noticed, progress, values
+from pneumatic_servo import _native, defaults, effects, plant_warnings, progress, values
 from pneumatic_servo.checks import names, submits, whole_number
 from pneumatic_servo.closed_loop import Controller, Loop
 from pneumatic_servo.comparison import COUNTED, RECORDED, Comparison, check_laws
@@ -125,7 +125,7 @@ class Model(ModelDescription):
             native = self._native.start(list(settings.items()), begin)
         self._tell_saturated(settings)
         effects.tell(self.variables, given)
-        noticed.tell(self.variables, native.notices(), given)
+        plant_warnings.warn_notices(self.variables, native.notices(), given)
         return Simulation(native, self, settings, defaults.followers(self.variables, given, settings))
 
     def simulate(
@@ -256,11 +256,11 @@ class Model(ModelDescription):
         effects.tell(self.variables, given)
         effects.tell_by(self.variables, given, by)
         for name, (low, high) in zip(inputs, extremes, strict=True):
-            noticed.tell_saturation(self.inputs[name], low, high)
+            plant_warnings.warn_saturation(self.inputs[name], low, high)
         largest = {name: max(ends, key=abs) for name, ends in zip(inputs, extremes, strict=True)}
-        noticed.tell_size(self.variables, [{**settings, **largest}])
-        self._tell_ends(driven, grid)
-        noticed.tell(self.variables, notices, given)
+        plant_warnings.warn_size(self.variables, [{**settings, **largest}])
+        self._warn_ends(driven, grid)
+        plant_warnings.warn_notices(self.variables, notices, given)
         if failure is not None:
             error = SimulationError(failure)
             error.finished = run
@@ -296,11 +296,11 @@ class Model(ModelDescription):
         run = Run(times, found, recorded, fitted, None, replay)
         for name, one in history.items():
             if len(one):
-                noticed.tell_saturation(self.inputs[name], float(one.min()), float(one.max()))
+                plant_warnings.warn_saturation(self.inputs[name], float(one.min()), float(one.max()))
         largest = {name: float(one[np.argmax(np.abs(one))]) for name, one in history.items() if len(one)}
-        noticed.tell_size(self.variables, [{**fitted, **largest}])
-        noticed.tell(self.variables, self._begun(fitted, grid.start)._native.notices(), settings)
-        self._tell_ends([*given.items(), *of_controller.items()], grid, loop.own_inputs)
+        plant_warnings.warn_size(self.variables, [{**fitted, **largest}])
+        plant_warnings.warn_notices(self.variables, self._begun(fitted, grid.start)._native.notices(), settings)
+        self._warn_ends([*given.items(), *of_controller.items()], grid, loop.own_inputs)
         if isinstance(ended, SimulationError):
             ended.finished = run
             raise ended
@@ -417,10 +417,10 @@ class Model(ModelDescription):
         found = self._runs_of(work, done, grid, recorded, keep_failures=keep_failures)
         for run, name, value, remark in done.noticed:
             own = {**shared, **runs[run]}
-            noticed.tell(self.variables, [(name, value, remark)], own, f"run {run} of {len(runs)}: ")
+            plant_warnings.warn_notices(self.variables, [(name, value, remark)], own, f"run {run} of {len(runs)}: ")
         tell_unusual(self.inputs, driven, grid)
         effects.tell_runs(self.variables, given)
-        noticed.tell_size(self.variables, [{**shared, **own} for own in runs])
+        plant_warnings.warn_size(self.variables, [{**shared, **own} for own in runs])
         return found
 
     def _many_closed(
@@ -687,10 +687,10 @@ class Model(ModelDescription):
         except Refused as refused:
             raise ValueError(f"{where}{self._in_unit(refused)}") from None
 
-    def _tell_ends(self, driven: Sequence[tuple[str, Any]], grid: Grid, more: Variables | None = None) -> None:
+    def _warn_ends(self, driven: Sequence[tuple[str, Any]], grid: Grid, more: Variables | None = None) -> None:
         for name, given in driven:
             if isinstance(given, tuple):
-                noticed.tell_ends(
+                plant_warnings.warn_ends(
                     self.inputs[name] if name in self.inputs else (more or self.inputs)[name], given[0], grid
                 )
 

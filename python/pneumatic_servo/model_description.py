@@ -8,7 +8,7 @@ from html import escape
 from pathlib import Path
 from typing import cast
 
-from pneumatic_servo import _native, noticed
+from pneumatic_servo import _native, plant_warnings
 from pneumatic_servo.errors import Refused
 from pneumatic_servo.fmu import FmuModel
 from pneumatic_servo.names import did_you_mean
@@ -76,7 +76,7 @@ class ModelDescription:
     def _tell_saturated(self, settings: Mapping[str, Value]) -> None:
         for name, value in settings.items():
             if name in self.inputs:
-                noticed.tell_saturation(self.inputs[name], float(value), float(value))
+                plant_warnings.warn_saturation(self.inputs[name], float(value), float(value))
 
     def _repr_html_(self) -> str:
         parts = [("Inputs", self.inputs), ("Parameters", self.parameters), ("Outputs", self.outputs)]

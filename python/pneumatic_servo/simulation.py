@@ -10,7 +10,7 @@ from typing import Any, Literal, overload
 import numpy as np
 from numpy.typing import NDArray
 
-from pneumatic_servo import _native, checks, effects, noticed, resting, values
+from pneumatic_servo import _native, checks, effects, plant_warnings, resting, values
 from pneumatic_servo.checks import mapping
 from pneumatic_servo.model_description import ModelDescription
 from pneumatic_servo.names import did_you_mean
@@ -183,7 +183,7 @@ class Simulation:
         if fresh:
             self._told.update(fresh)
             effects.tell(self._model.variables, {**self._settings, **new}, fresh)
-        noticed.tell(self._model.variables, self._native.notices(), {**self._settings, **new})
+        plant_warnings.warn_notices(self._model.variables, self._native.notices(), {**self._settings, **new})
 
     def save(self) -> SavedState:
         """Return everything that affects the further run."""

@@ -15,7 +15,7 @@ import pneumatic_servo as ps
 import pytest
 from pneumatic_servo.defaults import leader_of
 from pneumatic_servo.inputs import _illegal
-from pneumatic_servo.noticed import SATURATES
+from pneumatic_servo.plant_warnings import SATURATES
 
 STEP = 1e-3
 SHORT: dict[str, object] = {"stop": 0.05, "step": STEP, "outputs": ["position", "chamberA.pressure"]}

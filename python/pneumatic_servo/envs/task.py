@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pneumatic_servo import effects, noticed
+from pneumatic_servo import effects, plant_warnings
 from pneumatic_servo.checks import mapping, names, whole_number
 from pneumatic_servo.errors import Refused
 from pneumatic_servo.model import Model
@@ -139,11 +139,11 @@ class Task:
         ends = [{**stays, **{name: pair[end] for name, pair in self.ranges.items()}} for end in (0, 1)]
         runs = [{**own, "friction.law": law} for own in ends for law in self.laws or (str(stays["friction.law"]),)]
         effects.tell_runs(model.variables, runs, [*self.parameters, *self.ranges])
-        noticed.tell_size(model.variables, ends)
+        plant_warnings.warn_size(model.variables, ends)
         for own in ends if self.ranges else ends[:1]:
             # Both ends together may be refused where no episode is, which is for the plants to say.
             with suppress(Refused):
-                noticed.tell(model.variables, model._native.start(list(own.items()), 0.0).notices(), own)
+                plant_warnings.warn_notices(model.variables, model._native.start(list(own.items()), 0.0).notices(), own)
             model._tell_saturated(own)
 
     @property

@@ -15,7 +15,7 @@ from pneumatic_servo.identification.experiments.cylinder import OfCylinder
 from pneumatic_servo.identification.signals import SIGNALS, Units
 from pneumatic_servo.identification.smoothing import noise
 from pneumatic_servo.identification.table import Measured
-from pneumatic_servo.noticed import tell_saturation
+from pneumatic_servo.plant_warnings import warn_saturation
 from pneumatic_servo.units import scale
 from pneumatic_servo.words import said
 
@@ -163,7 +163,7 @@ def _check_voltage(experiment: Experiment, source: Measured, low: float, high: f
     """Warn of voltages beyond the range of the valve, and say what they look like."""
     names = ("gain.valveVoltage", "offset.valveVoltage")
     if any(name in experiment.settings for name in names):
-        tell_saturation(experiment.table.variables["valveVoltage"], low, high)
+        warn_saturation(experiment.table.variables["valveVoltage"], low, high)
         return
     told = f"{_told(source, 'valveVoltage', low, high)}, but the valve takes 0 to 10 V and saturates beyond"
     if high > 1000.0:
@@ -173,7 +173,7 @@ def _check_voltage(experiment: Experiment, source: Measured, low: float, high: f
     elif low < -0.5 and high < 5.5:
         warn(f"{told}; does it count from the middle? then {said('settings', {'offset.valveVoltage': -5})} moves it")
     else:
-        tell_saturation(experiment.table.variables["valveVoltage"], low, high)
+        warn_saturation(experiment.table.variables["valveVoltage"], low, high)
 
 
 def check_known_pressures(experiment: Experiment) -> None:

@@ -25,7 +25,7 @@ LATE = 1e-6
 """Tolerance of equal times, in steps."""
 
 
-def tell(
+def warn_notices(
     variables: Variables, noticed: Iterable[tuple[str, float, str]], given: Mapping[str, object], where: str = ""
 ) -> None:
     """Warn of what the plant noticed: variable, value and remark; not of a default that is given, and so meant."""
@@ -45,7 +45,7 @@ def _meant(variable: Variable | None, value: float) -> str:
     return f"; did you mean {value:g} {unit}, which is {to_si(value, unit, 'Pa', variable.name):g} Pa?"
 
 
-def tell_saturation(variable: Variable, low: float, high: float) -> None:
+def warn_saturation(variable: Variable, low: float, high: float) -> None:
     """Warn of an input that goes where it does no more."""
     ends = SATURATES.get(variable.name)
     if ends is None:
@@ -58,7 +58,7 @@ def tell_saturation(variable: Variable, low: float, high: float) -> None:
         )
 
 
-def tell_size(variables: Variables, runs: Iterable[Mapping[str, object]]) -> None:
+def warn_size(variables: Variables, runs: Iterable[Mapping[str, object]]) -> None:
     """Warn of the first run with a mass that the piston hardly moves, or a force that it cannot hold by far."""
     if "cylinder.bore" not in variables:
         return
@@ -91,7 +91,7 @@ def _number(value: object) -> float:
     return float(value) if isinstance(value, int | float) else math.nan
 
 
-def tell_ends(variable: Variable, times: NDArray[np.float64], grid: Grid) -> None:
+def warn_ends(variable: Variable, times: NDArray[np.float64], grid: Grid) -> None:
     """Warn of points that do not reach from the begin of a run to its last step."""
     last = grid.start + max(grid.count - 1, 0) * grid.step
     if times[0] > grid.start + LATE * grid.step:
