@@ -39,7 +39,7 @@ def fitted(
 
 
 def estimates(task: tuple[str, dict[str, Array], int], *, posterior: bool = False) -> list[ps.Estimate]:
-    """What a repetition finds, in the order of what is true; the repetitions share the cores."""
+    """Estimates of a repetition, in the order of the true values; the repetitions share the cores."""
     law, true, seed = task
     found = fitted(measured(true, seed), law, {**LAWS[law], **COMMON}, workers=1, posterior=posterior)
     if found.posterior is None:

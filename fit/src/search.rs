@@ -36,11 +36,11 @@ const FLAT: f64 = 1e-10;
 const SHORT: f64 = 1e-3;
 /// Starts that are simulated at once.
 const CHUNK: usize = 32;
-/// How often sensors and parameters are fitted in turn, and the relative change of the noise that no longer matters.
+/// Alternations between the fits of sensors and parameters, and the relative change of the noise that no longer matters.
 const ROUNDS: usize = 4;
 const SAME_NOISE: f64 = 0.03;
 
-/// How exactly a search descends.
+/// Accuracy of a search's descent.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Effort {
     /// Relative change of the cost at which it ends.

@@ -81,7 +81,7 @@ fn decay(time: f64, values: &[f64]) -> f64 {
     values[0] * libm::exp(-values[1] * time)
 }
 
-/// What 95 % intervals promise: of 100 repetitions the truth lies within in 88 to 100 (three standard deviations and more).
+/// Coverage of 95 % intervals: of 100 repetitions the truth lies within in 88 to 100 (three standard deviations and more).
 #[test]
 fn intervals_hold_the_truth_as_often_as_they_promise() {
     let parameters = [parameter("size", 1.0, [1e-3, 1e3]), parameter("rate", 3.0, [3e-3, 3e3])];

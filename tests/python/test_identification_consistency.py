@@ -47,7 +47,7 @@ def data() -> dict[str, Array]:
 
 
 def told(data: dict[str, Array], **given: object) -> list[str]:
-    """What a fit warns of before it is made; what it leaves then is told, too, but is nothing of the data."""
+    """Warnings before a fit is made; warnings about its residuals do not concern the data."""
     with warnings.catch_warnings(record=True) as said:
         warnings.simplefilter("always")
         ps.fit(data, starts=0, progress=False, **given)  # type: ignore[arg-type]

@@ -1,4 +1,4 @@
-"""Which law the data speak for: against a closed form, where they cannot tell, and what would."""
+"""Evidence for one of several laws: against a closed form, and where the data do not distinguish them."""
 
 from __future__ import annotations
 

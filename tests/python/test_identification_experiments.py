@@ -329,7 +329,7 @@ def test_sensor_reads_what_is_made_of_its_readings() -> None:
     close(experiment.true("force", np.array([5.0]), {"gain.force": 2.0, "offset.force": 1.0}), [8.0], "fitted")
     close(experiment.read("force", np.array([8.0]), {"gain.force": 2.0, "offset.force": 1.0}), [5.0], "fitted back")
     assert experiment.true("position", POSITION, {}) is POSITION
-    # What rises evenly is read as late as the lag, once it has.
+    # A uniform rise is read late by the lag, after a while.
     close(experiment.filtered("position", 2.0 * TIME, 2e-3, {})[-1], 2.0 * (1.0 - 0.05), "late")
     assert experiment.filtered("position", TIME, 2e-3, {"lag.position": 0.0}) is TIME
     assert experiment.filtered("force", TIME, 2e-3, {}) is TIME
@@ -400,7 +400,7 @@ def test_carriage_rests_where_it_stays_within_its_noise() -> None:
         # Ten samples either way are looked at, of which the last is two steps off at 0.504 s.
         assert np.flatnonzero(~experiment.resting(window.record)).tolist() == list(range(243, 501))
     experiment, window = make("force", {"position": position, "force": FORCE}, {"mass": 1.0})
-    # What rests does not move by what is exactly 0.
+    # A carriage at rest does not move by an exact 0.
     assert window.begin == Beginning({"velocity0": 0.0, "position0": pytest.approx(0.3)}, ("position0",))
     _, mirrored = make("force", {"position": position[::-1], "force": FORCE}, {"mass": 1.0})
     assert mirrored.begin.loose == ("position0", "velocity0")

@@ -20,7 +20,7 @@ from pneumatic_servo.identification.signals import Units
 Array = NDArray[np.float64]
 
 FREE, OFFSET, DELAY, OTHER = np.linalg.qr(np.random.default_rng(12).standard_normal((60, 4)))[0].T
-"""What the free parameter does to 30 samples of position and then of velocity, and what faults do."""
+"""Effects of the free parameter and of faults on 30 samples of position and then of velocity."""
 WEIGHTS = np.repeat([2.0, 5.0], 30)
 
 
@@ -35,7 +35,7 @@ class Straight:
     loose: tuple[int, ...] = (1,)
     windows: tuple[Any, ...] = field(default_factory=lambda: (SimpleNamespace(fitted=30),))
     tried: ClassVar[list[dict[str, float]]] = []
-    """What was asked of the problem."""
+    """Requests to the problem."""
 
     def trained(self) -> Straight:
         return self
@@ -57,7 +57,7 @@ class Straight:
 def asked(
     left: Array, traces: dict[str, Array], monkeypatch: pytest.MonkeyPatch, noise: float = 1e-3, **settings: float
 ) -> Doubt | None:
-    """What is doubted where so much is left, in units of the noise."""
+    """Suspected faults under such residuals, in units of the noise."""
     known = {name.replace("__", "."): value for name, value in settings.items()}
     experiment = EXPERIMENTS["force"]("Coulomb", known, Options())
     experiment.use(["time", "position", "velocity", "force"])
@@ -70,7 +70,7 @@ def asked(
 
 
 def test_offset_is_found_with_its_size_and_what_it_would_gain(monkeypatch: pytest.MonkeyPatch) -> None:
-    """What the free parameter explains as well does not count."""
+    """A fault that the free parameter explains as well does not count."""
     trace = OFFSET + 4.0 * FREE
     found = asked(3.0 * trace + OTHER, {"offset.force": trace, "delay.force": DELAY}, monkeypatch, noise=0.7)
     assert found is not None and (found.name, found.unit) == ("offset.force", "N")
@@ -131,7 +131,7 @@ def test_what_explains_the_most_is_told(monkeypatch: pytest.MonkeyPatch) -> None
         (3.0 * FREE, {}, 1e-3),
         (3.0 * OFFSET, {"offset__force": 0.0}, 1e-3),
         (OFFSET + 10.0 * OTHER, {}, 1e-3),
-        # Where the noise is more than half of the squares, nothing else can be.
+        # Noise of more than half of the squares leaves nothing else above half.
         (3.0 * OFFSET, {}, 0.71),
         # Nothing is left at all.
         (0.0 * OFFSET, {}, 1e-3),
@@ -146,7 +146,7 @@ def test_nothing_is_doubted_without_a_reason(
 def curves(
     left: Array, speed: Array, place: Array | None, level: Array, monkeypatch: pytest.MonkeyPatch, name: str = "motion"
 ) -> FreeForm | None:
-    """What free curves leave, of two windows, of which nothing of the second is fitted."""
+    """Residuals of free curves, of two windows, none of the second fitted."""
     number = len(speed)
     held = np.arange(number) % 5 == 0
     time = np.arange(number) * 1.0
@@ -176,7 +176,7 @@ def motion(number: int = 2000) -> tuple[Array, Array, Array]:
 
 @pytest.mark.parametrize("name", ["motion", "force"])
 def test_free_curves_find_what_is_of_their_variables(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """What is left is a parabola of the root of the speed, of each direction; its load and its place come on top."""
+    """The residual is a parabola of the root of the speed, of each direction, plus load and position."""
     speed, place, level = motion()
     of_speed = np.where(speed > 0.0, 1.0 + np.sqrt(np.abs(speed)), -2.0 + 3.0 * np.abs(speed))
     of_load = of_speed * (level - 2.0)

@@ -11,7 +11,7 @@ from pneumatic_servo.identification.guess import started
 from test_identification import bench
 
 BREAK_AWAY = {"Stribeck": "Fs", "LuGre": "Fs", "ElastoPlastic": "Fs", "Armstrong": "FsInf"}
-"""What tells how much more it takes to break away; of Armstrong it is only what comes on top."""
+"""Parameters of the extra force of break-away; of Armstrong only the excess."""
 
 
 @pytest.mark.parametrize("law", BREAK_AWAY)
@@ -42,7 +42,7 @@ def test_viscous_friction_is_none_of_what_breaks_away() -> None:
 
 
 def test_friction_of_a_cylinder_is_what_the_pressures_leave() -> None:
-    """What a start is looked for in is the friction of the run itself, as far as smoothing leaves it."""
+    """A start is searched in the friction of the run itself, as smoothed."""
     time = np.arange(0.0, 3.0, 1e-3)
     voltage = 5.0 + 1.5 * np.sin(2.0 * np.pi * time)
     names = ["position", "chamberA.pressure", "chamberB.pressure"]

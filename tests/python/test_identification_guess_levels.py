@@ -68,7 +68,7 @@ BRISTLE = {"sigma0": 10.0 / 1e-3, "sigma1": 0.1 * 10.0 / 0.1}
         ("Dahl", SLIDING | {"sigma0": 1e4}),
         ("ElastoPlastic", CURVE | BRISTLE),
         ("StickSlipCreep", CURVE | {"sigma1": BRISTLE["sigma1"], "vd": 0.1, "Delta": 1e-3}),
-        # What static friction has beyond sliding friction.
+        # Excess of static over sliding friction.
         ("Armstrong", SLIDING | BRISTLE | {"FsInf": 4.0, "vs": 0.01}),
         # A fast and a slow part, whose difference slides at 10 N.
         ("BlimanSorine", {"sigma2": 20.0, "f1": 30.0, "f2": 20.0, "xe": 1e-3}),

@@ -212,7 +212,7 @@ def test_what_is_not_determined_says_why(
 
 
 def test_what_windows_begin_with_is_taken_out_of_the_derivatives() -> None:
-    """What is left of the column of a parameter is what a regression on those of beginnings leaves."""
+    """The projected column of a parameter is the residual of its regression on the columns of start values."""
     rng = np.random.default_rng(10)
     slopes = rng.standard_normal((30, 3))
     # Two windows of two records, each with a beginning of its own that the other does not see.

@@ -110,7 +110,7 @@ def test_sign_of_a_force_is_doubted() -> None:
 
 
 def test_fit_that_leaves_noise_is_not_asked_for_faults(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Where noise is all that is left no fault can explain half of it, so that no run is made for the question."""
+    """With residuals of noise only no fault can explain half, so that no run is made for the question."""
 
     def asked(*_: object) -> None:
         raise AssertionError

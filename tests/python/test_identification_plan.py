@@ -119,7 +119,7 @@ def test_courses_are_what_their_names_say(experiment: str, driven: str, middle: 
 
 
 def test_record_of_a_rig_is_what_the_plant_does() -> None:
-    """What is imagined to be measured is a run of the plant, bit for bit, or why there is none."""
+    """Imagined measurements are a run of the plant, bit for bit, or the reason why there is none."""
     time, driven, courses = excitations("rig", 2.0, 0.01, 0.05)
     course, kind = courses["a sine of 2 V at 1 Hz"], sensed("rig", "Coulomb", None)
     record = imagined(kind, time, course, DEFAULTS)
@@ -242,7 +242,7 @@ def test_command_takes_noise_in_units(capsys: pytest.CaptureFixture[str], tmp_pa
         assert main([*given, *noise]) == 0
         printed.append(capsys.readouterr().out)
     assert "not determined" not in printed[0] and "not determined" in printed[1]
-    # What the best candidate was without noise, it is with more of it.
+    # The best candidate without noise is the best with more of it.
     assert printed[0].splitlines()[1].split("  ")[-1] == printed[1].splitlines()[1].split("  ")[-1]
 
 

@@ -41,7 +41,7 @@ def test_draws_of_a_line_are_those_of_its_regression() -> None:
     assert found.posterior is not None and found.posterior.converged
     # Most proposals are of a t about the solution, which is near to what is drawn from: most are taken, not all.
     assert 0.3 < found.posterior.acceptance < 1.0
-    # Where nothing moves the experiment compares nothing.
+    # Without motion the experiment compares nothing.
     moving = found.problem.windows[0].used
     rows, force = design[moving], data["frictionForce"][moving]
     best, squares, *_ = np.linalg.lstsq(rows, force)

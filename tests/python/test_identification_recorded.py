@@ -17,7 +17,7 @@ Array = NDArray[np.float64]
 
 
 def said(data: dict[str, Array], **options: object) -> list[str]:
-    """What is warned of, or refused, before a fit."""
+    """Warnings, or refusals, before a fit."""
     given = {"experiment": "rig", "law": "Coulomb", "settings": {"supplyPressure": 6e5}, "starts": 0,
              "fit": "friction.coulomb.Fc", "progress": False, **options}  # fmt: skip
     with warnings.catch_warnings(record=True) as caught:

@@ -112,7 +112,7 @@ def test_coarse_readings_are_as_likely_as_their_ranges(noise: float) -> None:
     far = np.array([-80.0, 80.0]) * STEP
     tail = norm.logsf((np.abs(far) - 0.5 * STEP) / size) - np.log(likelihood(np.zeros(1)))
     assert_close(sensor.residuals(far), np.sign(far) * np.sqrt(-2.0 * tail), rel=1e-14, what="residuals far out")
-    # What readings are expected to tell: the mean square of how likely they are by how the simulation changes.
+    # Expected information of readings: the mean square of the derivative of their log likelihood.
     readings, by = STEP * np.arange(-30, 31), 1e-4 * STEP
     told = []
     for off in differences:

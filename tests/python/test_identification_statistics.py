@@ -23,7 +23,7 @@ Array = NDArray[np.float64]
 
 
 def left(residuals: Array, derivatives: Array) -> Left:
-    """What is left of windows, in units of the noise."""
+    """Residuals of windows, in units of the noise."""
     return Left({}, np.ones(len(residuals)), residuals, derivatives, np.zeros((len(residuals), 0)))
 
 
@@ -40,7 +40,7 @@ def test_information_of_conditions_is_that_of_weighted_least_squares() -> None:
     slopes, residuals = rng.standard_normal((2, 3, 2)), rng.standard_normal((2, 3))
     seen = [_Seen(residuals[k], slopes[k], size) for k, size in enumerate((4.0, 25.0))]
     rows, noise = slopes.reshape(6, 2), 0.5
-    # What the parameters cannot change has the likelihood of what they leave.
+    # Residuals that the parameters cannot change have the likelihood of the remainder.
     beside = null_space(rows.T)
     differences = []
     for tau in (0.1, 0.3):
@@ -65,7 +65,7 @@ def test_residuals_that_hang_together_count_as_fewer() -> None:
 
 
 def test_friction_is_measured_with_the_error_of_a_mean_of_stretches() -> None:
-    """Where all friction is 1, its share is the mean, and leaving out stretches gives the error of their means."""
+    """With friction of 1 everywhere, its share is the mean, and omitted stretches give the error of their means."""
     residuals = np.random.default_rng(3).standard_normal(40)
     blocks = np.repeat(np.arange(10), 4)
     problem: Any = SimpleNamespace(blocks=lambda stretches: blocks // (10 // stretches), free=[])
@@ -96,7 +96,7 @@ def test_error_of_a_law_is_told_only_by_conditions_that_it_cannot_follow(apart: 
 
 
 def preferred(differences: Array, monkeypatch: pytest.MonkeyPatch) -> ps.identification.evidence.Evidence:
-    """What is said of two laws whose predictions of each stretch differ by so much."""
+    """Evidence between two laws whose predictions of each stretch differ by given amounts."""
     predicted = [np.zeros_like(differences), -differences]
     monkeypatch.setattr(
         "pneumatic_servo.identification.evidence._left_out", lambda fit, *_: (predicted[fit.place], np.zeros(1))

@@ -69,7 +69,7 @@ def test_mapping_by_the_names_of_signals_needs_no_columns() -> None:
         found = read(given, columns)
         assert values(found) == {name: [float(one) for one in column] for name, column in given.items()}
         assert found.where("position", 1) == "record 3, sample 1 of position" and not found.stated
-    # Where all columns are there these count, whatever they are called.
+    # Columns that are all present count under any name.
     other = read({"time": [0, 1], "force": [5, 6], "position": [3, 4]}, "time=time,position=force")
     assert values(other) == {"time": [0.0, 1.0], "position": [5.0, 6.0]}
 

@@ -1,4 +1,4 @@
-"""Which machine the units tell of that somebody wrote, and where free parameters begin that belong to no law."""
+"""Kind of machine from written units, and start values of free parameters that belong to no law."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ def test_units_of_two_machines_are_refused(
 
 
 def test_readings_have_the_units_of_the_machine() -> None:
-    """What a reading is multiplied by makes the force of the machine of it; time has neither gain nor offset."""
+    """A gain of a reading becomes a force of the machine; time has neither gain nor offset."""
     sliding, turning, motor = Units(), Units(is_rotating=True), Units(readings={"force": "A"})
     for units, offset, gain in ((sliding, "N", "1"), (turning, "N.m", "1"), (motor, "A", "N/A")):
         beside = units_beside("force", units)

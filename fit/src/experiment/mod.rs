@@ -19,7 +19,7 @@ use crate::record::{Record, Signals};
 use crate::refused::Refused;
 use crate::smoothing::low_pass;
 
-/// How the data are used.
+/// Options of the use of the data.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Options {
     /// Normal force in N at which the load level is 1.
@@ -201,7 +201,7 @@ pub struct Given {
     pub known: Values,
     /// Signals that are measured.
     pub signals: BTreeSet<String>,
-    /// How the data are used.
+    /// Options of the use of the data.
     pub options: Options,
 }
 
