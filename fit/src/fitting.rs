@@ -68,7 +68,7 @@ pub struct Question {
     pub validation: f64,
     /// Random starts beside that from the data.
     pub starts: usize,
-    /// How the data are used.
+    /// Options of the use of the data.
     pub options: Options,
 }
 

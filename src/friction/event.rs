@@ -5,7 +5,7 @@ use std::ops::{Index, IndexMut};
 use crate::numbers::{Real, Scalar};
 use crate::system::{Indicator, IndicatorSet, UNUSED};
 
-/// What can end a mode of a contact. A law uses those it [declares](super::FrictionLaw::events).
+/// Events that end a mode of a contact. A law uses those it [declares](super::FrictionLaw::events).
 ///
 /// Of several at one instant the first in this order is handled first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

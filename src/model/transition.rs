@@ -115,7 +115,8 @@ impl Plant {
         inputs.iter().enumerate().for_each(|(place, value)| self.put_input(place, *value));
     }
 
-    /// How states and numbers of the memory begin with inputs and parameters, if the run has not begun yet: a column for each.
+    /// Derivatives of the start of states and numbers of the memory by inputs and parameters, if the run has not begun yet:
+    /// a column for each.
     fn start_slopes(&mut self, parameters: &[&str]) -> Result<Vec<Vec<(String, f64)>>, TransitionError> {
         let Columns { along, states, names, .. } = self.columns(parameters, &[])?;
         let along = &along[names.len()..];

@@ -149,7 +149,7 @@ outputs! {
 
 enumeration! {
     #[doc(hidden)]
-    /// What moves the mass; ids are never reused.
+    /// Drive of the mass; ids are never reused.
     Drive "BenchDrive": "What moves the mass" {
         1 SpringPull: "A spring and damper, whose free end moves with driveVelocity, and appliedForce";
         2 PrescribedMotion: "The mass moves with driveVelocity; its friction force is read";

@@ -40,7 +40,7 @@ mod tests {
     /// Of the cylinder: both stops, both cushions.
     const KINKS: usize = 4;
 
-    /// How many indicators a system has.
+    /// Number of indicators of a system.
     fn count<E: System<U>, const U: usize>() -> usize {
         E::Indicators::<Real>::unused().as_ref().len()
     }

@@ -2,7 +2,7 @@
 
 use crate::numbers::Scalar;
 
-/// What is to be said of an event indicator, whose value has a fixed place among those of its system.
+/// Description of an event indicator, whose value has a fixed index in its system.
 ///
 /// All are watched in one direction: an indicator is positive (or zero) while the present mode is valid, and an event
 /// when it falls below zero. One that the present mode does not use is [`UNUSED`].

@@ -193,7 +193,7 @@ ROOT = Path(__file__).parents[2]
 RIG = ROOT / "examples" / "rig.csv"
 RIG_COLUMNS = "time=t,valveVoltage=u,position=x_mm[mm],chamberA.pressure=pa_bar[bar],chamberB.pressure=pb_bar[bar]"
 TRUE_FRICTION = {"Fs": 12.4, "Fc": 7.6, "vs": 0.018, "sigma2": 38.0}
-"""What studies/synthetic_rig.py has made the table from."""
+"""Settings of studies/synthetic_rig.py for the table."""
 
 
 def test_whole_rig_gives_its_friction_and_its_valve() -> None:
@@ -210,7 +210,7 @@ def test_whole_rig_gives_its_friction_and_its_valve() -> None:
         estimate = found.parameters[name]
         # Twice the interval of 95 % holds all six but for one time in 2,000.
         assert abs(estimate.value - value) < estimate.high - estimate.low < 0.5 * value, (name, estimate)
-    # What noise and converters leave.
+    # Error by noise and converters.
     assert_close(found.rms["position"], 0.0, within=5e-5, what="position (rms)")
     assert_close(found.rms["chamberA.pressure"], 0.0, within=550.0, what="pressure (rms)")
 

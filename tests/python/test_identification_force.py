@@ -185,7 +185,7 @@ def test_what_has_no_part_in_it_is_refused(
 
 
 def test_offset_of_the_voltage_and_gain_of_a_pressure_of_a_rig_are_found() -> None:
-    """What drives a rig is read by sensors, too: 0.2 V too much, and a pressure 3 % too low."""
+    """The inputs of a rig are read by sensors, too: 0.2 V too much, and a pressure 3 % too low."""
     table = np.genfromtxt(RIG, delimiter=",", names=True)
     data = {"time": table["t"], "valveVoltage": table["u"] + 0.2, "position": 1e-3 * table["x_mm"],
             "chamberA.pressure": 0.97e5 * table["pa_bar"], "chamberB.pressure": 1e5 * table["pb_bar"]}  # fmt: skip
@@ -197,7 +197,7 @@ def test_offset_of_the_voltage_and_gain_of_a_pressure_of_a_rig_are_found() -> No
     )  # fmt: skip
     holds(found, {"friction.stribeck.Fc": 7.6, "offset.valveVoltage": 0.2, "gain.chamberA.pressure": 1 / 0.97}, 0.02)
     columns = RIG_COLUMNS.replace("valveVoltage=u", "valveVoltage=-u")
-    # What is true is within the range of the valve, and nothing is to be warned of.
+    # The true voltage is within the range of the valve, and there is nothing to warn of.
     turned = ps.fit(
         RIG, experiment="rig", law="Stribeck", settings={**known, "gain.valveVoltage": -1.0}, columns=columns,
         fit=["friction.stribeck.Fc"], starts=0, progress=False,

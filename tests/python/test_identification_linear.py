@@ -34,7 +34,7 @@ def path() -> tuple[Array, Array]:
 
 
 def regressors() -> Array:
-    """What Fc and sigma2 multiply; the first sample, before which nothing is known, is not compared."""
+    """Factors of Fc and sigma2; the first sample, before which nothing is known, is not compared."""
     time, position = path()
     speed = np.diff(position) / np.diff(time)
     return np.column_stack([np.sign(speed), speed])

@@ -32,7 +32,7 @@ def coulomb() -> dict[str, Array]:
 
 
 def test_search_does_not_end_where_sliding_friction_would_exceed_break_away() -> None:
-    """What is left of the faulty stretch is 10,000 times the noise, and still better than what cannot be simulated."""
+    """The residual of the faulty stretch is 10,000 times the noise, and still better than a failed simulation."""
     start = {"friction.stribeck.Fs": 7.5, "friction.stribeck.Fc": 6.0}
     found = ps.fit(coulomb(), experiment="motion", law="Stribeck", fit=[f"{k}={v}" for k, v in start.items()],
                    settings=KNOWN, play=0.0, starts=0, loss="soft_l1")  # fmt: skip

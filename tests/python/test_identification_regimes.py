@@ -148,7 +148,7 @@ def test_rest_is_drawn_against_velocity_position_and_lag() -> None:
     assert labels == ["velocity (mm/s)", "position (mm)", "lag (samples)"]
     assert (of_velocity.get_ylabel(), of_lag.get_ylabel()) == ("rest of frictionForce (N)", "autocorrelation")
     [white] = of_lag.get_lines()
-    # What is left is white: 1 at no lag, and within the band elsewhere but for one in twenty.
+    # The residuals are white: 1 at no lag, and within the band elsewhere but for one in twenty.
     lags, correlation = np.asarray(white.get_xdata()), np.asarray(white.get_ydata())
     assert lags[0] == 0 and correlation[0] == 1.0
     limit = residuals.limit("frictionForce")

@@ -46,7 +46,7 @@ def fitted(**given: Any) -> Fit:
 
 
 def _begins(x: None) -> list[dict[str, float]]:
-    """What two segments begin with."""
+    """Start values of two segments."""
     return [{"position0": 0.1, "velocity0": -0.2}, {"position0": 0.3}]
 
 

@@ -174,7 +174,7 @@ def test_series_that_does_not_come_to_an_end_fails_and_says_so(
     wear = tmp_path / "wear.csv"
     code = main(["series", *map(str, files), *given, "--changing", STRIBECK["Fc"], "--out", str(wear)])
     assert (code, capsys.readouterr().err.splitlines()[-1]) == (1, "error: the fit has not converged")
-    # What was found until then is written all the same.
+    # The results until then are written all the same.
     assert wear.is_file()
 
 

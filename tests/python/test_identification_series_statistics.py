@@ -83,7 +83,7 @@ def test_joint_fit_is_that_of_all_residuals_at_once(records: list[Record], most:
     if most == np.inf:
         assert_close(np.array(found), best, within=7e-15, what="joint fit")
     else:
-        # What a step leads beyond a bound stays there.
+        # A value that a step leads beyond a bound stays there.
         assert np.max(best) > most == np.max(found)
 
 
@@ -159,7 +159,7 @@ def test_shared_parameter_is_doubtful_where_records_alone_differ() -> None:
 
 @pytest.mark.parametrize(("p", "number", "is_said"), [(0.04, 1, True), (0.06, 1, False), (0.04, 2, False)])
 def test_doubts_are_said_of_five_in_a_hundred_series(p: float, number: int, is_said: bool) -> None:
-    """Whatever the number of shared parameters is."""
+    """For every number of shared parameters."""
     off = np.sqrt(chi2(1).isf(p) / 2.0) / norm.ppf(0.975)
     fits = [alone([off, 0.0], [1.0, 1.0]), alone([-off, 0.0], [1.0, 1.0])]
     found = _doubtful(fits, [LOG, LINE][:number], np.zeros(2))

@@ -69,7 +69,7 @@ def test_fit_that_does_not_come_to_an_end_fails_and_says_so(
 
 
 def unknown_rig() -> dict[str, Array]:
-    """What people measure first: voltage and position, of a machine whose supply and pressures nobody wrote down."""
+    """The usual first measurement: voltage and position, of a machine whose supply and pressures nobody wrote down."""
     table = np.genfromtxt(RIG, delimiter=",", names=True)
     return {"time": table["t"], "valveVoltage": table["u"], "position": 1e-3 * table["x_mm"]}
 

@@ -45,7 +45,7 @@ export function writtenUnit(tables: Tables, table: Table, place: number, signal:
   return unit !== null && unitsOf(tables, SIGNALS[signal]).has(plain(unit)) ? plain(unit) : null;
 }
 
-/** What the names of the columns tell of an experiment's signals; no column is taken twice. */
+/** Signals of an experiment by the names of the columns; no column is taken twice. */
 export function proposed(tables: Tables, table: Table, signals: readonly Signal[]): Columns {
   const found: Columns = new Map();
   const taken = new Set<number>();

@@ -3,7 +3,7 @@
 import type { Library } from "../library";
 import type { ExperimentName, Signal, Signals } from "./signals";
 
-/** How the data are used. */
+/** Options of the use of the data. */
 export interface Options {
   /** Normal force in N at which the load level is 1. */
   rated: number;
@@ -57,14 +57,14 @@ export interface Answer {
   notes: string[];
   /** The first time that is held out, or null. */
   heldFrom: number | null;
-  /** What the fit is worth: a light, its meaning, and the reasons, the worst first. */
+  /** Verdict on the fit: a light, its meaning, and the reasons, the worst first. */
   light: Light;
   head: string;
   findings: string[];
   courses: Course[];
 }
 
-/** What is told on the way. */
+/** Progress of a fit. */
 export interface Progress {
   stage: string;
   runs: number;

@@ -46,7 +46,7 @@ export function freeList(context: FitContext): HTMLElement {
   return element("div", {}, element("span", { class: "title" }, "Free parameters"), group, input, list, problem);
 }
 
-/** What a parameter is, and the value at which the search starts if it was changed. */
+/** Description of a parameter, and the value at which the search starts if it was changed. */
 function describe({ study, settings, library }: FitContext, name: string): string {
   const found = model(library.tables, study.modelName).variables.find((entry) => entry.name === name);
   const start = settings.values[study.modelName].get(name);
@@ -54,7 +54,7 @@ function describe({ study, settings, library }: FitContext, name: string): strin
   return `${found.description}, in ${found.of}${start === undefined ? "" : `; the search starts at ${short(start)}`}`;
 }
 
-/** What sensors do can be free as well, and on a bench what pressure and direction do. */
+/** Parameters of sensors, and on a bench of pressure and direction, which can be estimated as well. */
 function ofSensors({ study, settings }: FitContext): string[] {
   const signals = [...study.columns.keys()].filter((signal) => signal !== "time");
   const driving = ["valveVoltage", "supplyPressure", "externalForce"];
@@ -90,7 +90,7 @@ const ENTRIES: Entry[] = [
   { key: "play", label: "Play", unit: "um", factor: 1e-6, title: "Hides the jitter of a position at rest; empty: three times its noise", least: 0, below: 1e9 },
 ];
 
-/** How the data are used. */
+/** Options of the use of the data. */
 export function choices({ study, settings }: FitContext): HTMLElement {
   const isShown = ({ key }: Entry) => settings.experiment === "motion" || (key !== "rated" && key !== "play");
   const fields = ENTRIES.filter(isShown).map((entry) => {

@@ -6,7 +6,7 @@ import { model, variable, type Variable } from "../tables";
 import type { FitContext } from "./study";
 import { unitsOf } from "./units";
 
-/** What a machine has of its own. */
+/** Own parameters of a machine. */
 const OWN: [string, string][] = [
   ["supplyPressure", "Supply"],
   ["mass.moving", "Moving mass"],

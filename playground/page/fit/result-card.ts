@@ -10,7 +10,7 @@ import type { FitContext } from "./study";
 
 /** How many points of a line are drawn at most. */
 const DRAWN = 4000;
-/** What the charts show signals in, by SI unit. */
+/** Units of the signals in charts, by SI unit. */
 const SHOWN: Record<string, [string, number]> = { m: ["mm", 1e3], "m/s": ["mm/s", 1e3], Pa: ["bar", 1e-5] };
 
 const shownIn = (signal: Signal): [string, number] => SHOWN[SIGNALS[signal]] ?? [SIGNALS[signal], 1];

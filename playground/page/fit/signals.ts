@@ -39,7 +39,7 @@ export const TAKEN: Record<ExperimentName, readonly Signal[]> = {
   motion: ["time", "position", "velocity", "frictionForce", "force", "normalForce", "pressure"],
 };
 
-/** What keeps the assigned signals from being enough, or null. */
+/** Missing assignments of signals, or null. */
 export function lacking(experiment: ExperimentName, signals: ReadonlySet<Signal>): string | null {
   const required: Signal[] = experiment === "rig" ? ["time", "valveVoltage", "position"] : ["time"];
   const missing = required.filter((signal) => !signals.has(signal));

@@ -22,7 +22,7 @@ export interface Choices {
   play: number | null;
 }
 
-/** What is being done. */
+/** Work in progress. */
 export type Work = { kind: "none" } | { kind: "reading"; share: number } | { kind: "fitting"; progress: Progress | null };
 
 /** The file that comes with the page, its machine, and what is free of it in the documentation. */
@@ -33,7 +33,7 @@ const EXAMPLE = {
   law: "Stribeck",
 };
 
-/** What the parts of the fit share. */
+/** Objects that the parts of the fit share. */
 export interface FitContext extends Context {
   /** The data and the fit, which outlast a look at another page. */
   study: Study;
@@ -51,7 +51,7 @@ export class Study {
   found: { answer: Answer; question: Question; columns: Columns; table: Table } | null = null;
   /** What shows all this. */
   shown: () => void = () => {};
-  /** What shows how far the work has come. */
+  /** View of the progress. */
   progressed: () => void = () => {};
   private end: () => void = () => {};
 
@@ -68,7 +68,7 @@ export class Study {
     return settings.values[this.modelName].get(entry.name) ?? entry.start ?? 0;
   }
 
-  /** What is free: what was chosen, or what usually is under the law. */
+  /** Estimated parameters: the chosen ones, or the usual ones under the law. */
   get free(): readonly string[] {
     return this.context.settings.free ?? this.usual();
   }
@@ -141,7 +141,7 @@ export class Study {
     this.context.open();
   }
 
-  /** What keeps the fit from being started, or null. */
+  /** Reason why the fit cannot be started, or null. */
   get obstacle(): string | null {
     if (!this.table) return "open a table first";
     if (this.free.length === 0) return "nothing is free: choose at least one parameter";

@@ -17,7 +17,7 @@ export interface Table {
   first: number;
 }
 
-/** What is wrong with a table, with file, line and column. */
+/** Error in a table, with file, line and column. */
 export class TableError extends Error {}
 
 const COMMENTS = ["#", "%", "//"];

@@ -2,7 +2,7 @@
 
 import type { Tables } from "../tables";
 
-/** What is true in SI units is `factor * value + offset`. */
+/** The value in SI units is `factor * value + offset`. */
 export interface Scale {
   factor: number;
   offset: number;
@@ -42,7 +42,7 @@ const SPELLINGS: [string, string][] = [
 export function unitsOf(tables: Tables, si: string): Map<string, Scale> {
   const found = new Map<string, Scale>([[si, { factor: 1, offset: 0 }]]);
   for (const { name, factor, offset } of tables.units[si]?.display ?? []) {
-    // What the library shows is `factor * SI + offset`.
+    // The library shows `factor * SI + offset`.
     found.set(name, { factor: 1 / factor, offset: offset === 0 ? 0 : -offset / factor });
   }
   for (const [name, scale] of Object.entries(FURTHER[si] ?? {})) found.set(name, scale);

@@ -59,7 +59,7 @@ class Fitted:
 
     @property
     def settings(self) -> dict[str, Value]:
-        """What a model is given to be the fitted one: known and fitted parameters and inputs, the law, and the start.
+        """Settings of a model under the fit: fixed and estimated parameters and inputs, the law, and the start.
 
         The start is that of the first segment: position, velocity and pressures as they were fitted.
         """

@@ -47,7 +47,7 @@ OF_SENSORS = {
     for signal, own in SIGNALS.items() if signal != "time"
     for kind, unit in (("gain", "1"), ("offset", own), ("delay", "s"), ("lag", "s"))
 }  # fmt: skip
-"""What may be known of sensors, with its SI unit."""
+"""Known properties of sensors, with their SI units."""
 OF_BENCH = {
     "motion": {"area": "m2", "friction.kappaA": "1/Pa", "friction.direction.factor": "1"},
     "force": {"incline": "rad", "spring": "N/m", "springRest": "m"},
@@ -112,7 +112,7 @@ def fit(
         without its unit, and with a minus before it for the opposite sign. By default the columns that have the names
         of signals, in the units that stand behind them.
     encoding : str, optional
-        How files of text are encoded; by default as UTF-8, UTF-16 with a byte order mark, or Windows-1252.
+        Encoding of files of text; by default UTF-8, UTF-16 with a byte order mark, or Windows-1252.
     settings : mapping or path, optional
         Parameters that are known, with units as for `Model.simulate`, or an SSV file of them. What nobody gives has
         the model's default, which a note tells.

@@ -81,7 +81,7 @@ class Ranking:
         Parameters
         ----------
         first, second : str
-            What is simulated, with its fitted values, and what is fitted to it.
+            The simulated law, with its fitted values, and the law that is fitted to it.
         **options
             As for `plan`: noise, duration, step, stroke, progress.
         """
@@ -131,7 +131,7 @@ def compare_fits(
     laws : sequence of str
         Friction laws.
     fit_of, settings_of : mapping, optional
-        What is free and what is known of single laws, by law; by default the usual parameters of each are free.
+        Estimated and fixed parameters of single laws, by law; by default the usual parameters of each are estimated.
 
     Returns
     -------

@@ -22,7 +22,7 @@ Array = NDArray[np.float64]
 NOTHING: Mapping[str, str] = {}
 
 VISCOUS = ("sigma2", "c1", "c2")
-"""What laws call their viscous friction, which the load level does not multiply."""
+"""Names of the viscous friction of laws, which the load level does not multiply."""
 
 SPAN = 1e3
 """Without bounds a positive parameter may be so many times smaller or larger than its start."""

@@ -49,7 +49,7 @@ class Excitation:
     Attributes
     ----------
     name : str
-        What it is, in words.
+        Description of the excitation.
     input : str
         Which input it is given to.
     time, course : ndarray

@@ -33,14 +33,14 @@ WORK = 20
 """A run may take so many times the solver steps of the start; one that takes more is given up."""
 
 COUNTED = ["solver.steps", "solver.rejectedSteps"]
-"""What tells the solver steps of a run."""
+"""Counters of the solver steps of a run."""
 
 FAILED = 1e12
 """Residual, in units of the noise, where a simulation could not go on: worse than any of one that could."""
 
 
 MAGNITUDES = {"position0": 1e-4, "velocity0": 1e-2, "chamberA.pressure0": 1e3, "chamberB.pressure0": 1e3}
-"""What the changes of what a window begins with are measured in, in SI units."""
+"""Magnitudes of changes of start values of a window, in SI units."""
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,7 @@ class Problem:
     windows : tuple of Window
         The measured stretches.
     free : tuple of Free
-        What is fitted.
+        Estimated parameters.
     sensors : dict
         Sensor of each compared signal.
     """
@@ -105,7 +105,7 @@ class Problem:
                 held = part.time + part.begin - record.begin > limit if share < 1.0 else np.ones_like(used)
                 fitted = np.flatnonzero(used & ~held)
                 if len(fitted) and fitted[-1] + 1 < SHORTEST:
-                    # What is left of a part is too short to be run.
+                    # The rest of a part is too short to be run.
                     held = np.ones_like(used)
                 begin = experiment.corrected(experiment.begin(part, driven)).without(named)
                 around = Around(part.begin - record.begin, record.grid, whole)
@@ -140,7 +140,7 @@ class Problem:
 
     @property
     def loose(self) -> tuple[int, ...]:
-        """How much of its beginning each window leaves free."""
+        """Number of estimated start values of each window."""
         return tuple(len(window.begin.loose) for window in self.windows)
 
     @property

@@ -44,7 +44,7 @@ class Fit(Fitted):
     undetermined : dict
         Parameters that the data do not determine, and why.
     notes : tuple of str
-        What was done to the data.
+        Treatment of the data.
     posterior : Posterior or None
         Draws from the posterior, where they were asked for.
     cross_validation : CrossValidation or None
@@ -58,7 +58,7 @@ class Fit(Fitted):
 
     @cached_property
     def verdict(self) -> Verdict:
-        """What it is worth: ``light`` is green, yellow or red, ``text`` says why, ``findings`` one by one."""
+        """Verdict on the fit: ``light`` is green, yellow or red, ``text`` says why, ``findings`` one by one."""
         return verdict(self, self._residuals, self.ranges, self.free_form, self.doubt, self.suspect)
 
     @cached_property
@@ -67,7 +67,7 @@ class Fit(Fitted):
 
     @cached_property
     def free_form(self) -> FreeForm | None:
-        """What a free curve of friction would leave in place of the law; None where the data do not tell friction."""
+        """Residual of a free curve of friction in place of the law; None where friction is not identifiable."""
         return free_form(self, self._residuals)
 
     @cached_property

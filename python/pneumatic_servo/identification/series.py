@@ -48,12 +48,12 @@ COLUMNS = ["record", "parameter", "value", "low", "high", "unit", "moves", "p"]
 
 @dataclass(frozen=True)
 class Series:
-    """What moves of a machine.
+    """Moving parameters of a machine.
 
     Attributes
     ----------
     labels : tuple
-        What the records are called: dates, numbers or texts.
+        Names of the records: dates, numbers or texts.
     converged : bool
         Whether the joint fit came to its end.
     shared : dict

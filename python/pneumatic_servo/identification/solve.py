@@ -18,7 +18,7 @@ from pneumatic_servo.tasks import cancel
 Array = NDArray[np.float64]
 
 REFINED = 3
-"""How many of the best starts are refined."""
+"""Number of the best starts that are refined."""
 AT_NOISE = 1.5
 """Mean square of residuals, in units of the noise, at which no other start can lead to anything better."""
 CHUNK = 32
@@ -27,7 +27,7 @@ CHUNK = 32
 
 @dataclass(frozen=True)
 class Effort:
-    """How exactly a search goes down.
+    """Accuracy of a search.
 
     Attributes
     ----------

@@ -48,7 +48,7 @@ STEP, CLOCK, ROUNDS = 0.05, 0.01, 2
 SAME = 0.95
 """Share of what a cause explains from which on another one explains as much."""
 FITTED, PROMISING = 4, 0.05
-"""How many settings are fitted along: those that promise to explain more than this share."""
+"""Settings that are fitted along: all that promise to explain more than this share."""
 ATMOSPHERE, NEAR = 101325.0, 0.2
 """A pressure that is off by so many Pa, within this share of it, counts from the atmosphere."""
 
@@ -62,9 +62,9 @@ class Suspect:
     name : str
         Its name.
     given : float or str
-        What it is fixed at.
+        Its fixed value.
     estimate : Estimate or str
-        What it would be, with its interval; of a model its name.
+        Its estimate, with its interval; of a model its name.
     gain : float
         By how much the sum of squares falls, in units of the noise.
     signal : str

@@ -42,12 +42,12 @@ class Finding:
 
 @dataclass(frozen=True)
 class Verdict:
-    """What a fit is worth.
+    """Verdict on a fit.
 
     Attributes
     ----------
     findings : tuple of Finding
-        What it is judged by, the worst first.
+        Reasons of the verdict, the worst first.
     """
 
     findings: tuple[Finding, ...]

@@ -14,7 +14,7 @@ use crate::{enumeration, outputs, parameters};
 pub use self::pulses::{Armature, Driver, Memory};
 
 enumeration! {
-    /// What the valves do at 5 V, and between the pulses; ids are never reused.
+    /// Connections of the valves at 5 V, and between the pulses; ids are never reused.
     SwitchingCentre "SwitchingCentre": "What switching valves connect a chamber to that is not fed" {
         1 Vented: "Two 3/2 valves: a chamber that its valve does not feed is vented";
         2 Closed: "Two pairs of 2/2 valves: one feeds chamber A and vents chamber B, the other the other way round; between pulses both chambers are closed";

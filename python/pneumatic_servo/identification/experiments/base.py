@@ -28,14 +28,14 @@ SHORTEST = 10
 
 @dataclass(frozen=True)
 class Beginning:
-    """What the simulation of a window begins with, as it was measured.
+    """Measured start values of the simulation of a window.
 
     Attributes
     ----------
     values : dict
         Settings of the model.
     loose : tuple of str
-        Those of them that are fitted along, since their sensors err.
+        The estimated ones of them, since their sensors err.
     """
 
     values: Mapping[str, float] = field(default_factory=dict)
@@ -53,7 +53,7 @@ class Beginning:
 
 @dataclass(frozen=True)
 class Around:
-    """What was made of the whole record that a window was cut from.
+    """Values computed from the whole record of a window.
 
     A sensor that lags reads after the end of a window what was true within it.
 
@@ -64,7 +64,7 @@ class Around:
     grid : ndarray
         Communication points of the record, in s.
     driven : dict
-        What was made of its signals, at these.
+        Values computed from its signals, at these.
     """
 
     begin: float
@@ -81,15 +81,15 @@ class Window:
     record : Record
         The measured signals of the window.
     driven : dict
-        What was made of them once, at the communication points.
+        Values computed from them once, at the communication points.
     held : ndarray of bool, shape (samples,)
         Samples that are held out of the fit.
     used : ndarray of bool, shape (samples,)
         Samples that are compared at all.
     begin : Beginning
-        What its simulation begins with.
+        Start values of its simulation.
     around : Around
-        What was made of its whole record.
+        Values computed from its whole record.
     """
 
     record: Record
@@ -116,7 +116,7 @@ class Window:
 
 @dataclass(frozen=True)
 class Options:
-    """What users may change about how data are used.
+    """Options of the use of the data.
 
     Attributes
     ----------
@@ -129,7 +129,7 @@ class Options:
     window : float or None
         Length in s after which a simulation starts anew from what is measured; by default never.
     inputs : str
-        What measured inputs do between samples: ``held``, or on straight ``lines``.
+        Course of measured inputs between samples: ``held``, or on straight ``lines``.
     """
 
     rated: float = 1.0
@@ -158,7 +158,7 @@ class Experiment(ABC):
     settings : mapping
         Parameters that are known.
     options : Options
-        How the data are used.
+        Options of the use of the data.
     units : Units
         The units of the data and of the machine.
     """
@@ -206,7 +206,7 @@ class Experiment(ABC):
 
     @property
     def beside(self) -> Mapping[str, str]:
-        """What may be known or free besides the parameters of the model, with its SI unit: what sensors do.
+        """Parameters of sensors besides the model's, fixed or estimated, with their SI units.
 
         What is true is ``gain.SIGNAL * (reading - offset.SIGNAL)``, and a reading comes ``delay.SIGNAL`` late; one that
         is compared may have gone through a filter of first order with the time constant ``lag.SIGNAL``.
@@ -219,7 +219,7 @@ class Experiment(ABC):
 
     @property
     def unknown(self) -> tuple[str, ...]:
-        """What has to be free or known, since the model has no default of it."""
+        """Parameters that have to be fixed or estimated, since the model has no default of them."""
         return ()
 
     @property
@@ -313,7 +313,7 @@ class Experiment(ABC):
 
     @property
     def pace(self) -> float:
-        """What a slope of the measured motion is multiplied by to be true, as far as a gain is known."""
+        """Factor of a slope of the measured motion, as far as a gain is known."""
         return self.beside_value("gain.velocity" if "velocity" in self.signals else "gain.position", {}, 1.0)
 
     def guess(self, windows: Sequence[Window], values: Values) -> dict[str, float]:

@@ -59,7 +59,7 @@ class Force(Pushed):
 
     @property
     def compared(self) -> tuple[str, ...]:
-        """What is measured of the motion."""
+        """Measured signals of the motion."""
         return tuple(signal for signal in COMPARED if signal in self.signals)
 
     @property

@@ -47,7 +47,7 @@ class Mechanical(OfCylinder, Pushed):
 
     @property
     def driving(self) -> tuple[str, ...]:
-        """What is measured of the forces on the carriage."""
+        """Measured forces on the carriage."""
         more = ("externalForce",) if "externalForce" in self.signals else ()
         return ("chamberA.pressure", "chamberB.pressure", *more)
 
