@@ -20,7 +20,7 @@ use crate::smoothing::noise;
 
 /// Fewest samples of a segment whose end is validation data.
 const SHORTEST: usize = 10;
-/// A position rests where it stays within so many times its noise.
+/// Multiple of its noise within which a resting position stays.
 const RESTING: f64 = 8.0;
 /// Samples for each parameter, at least.
 const SAMPLES: usize = 5;

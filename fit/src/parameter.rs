@@ -9,7 +9,7 @@ use crate::refused::Refused;
 /// Values of parameters by name, in SI units.
 pub type Values = BTreeMap<String, f64>;
 
-/// Without bounds a positive parameter may be so many times smaller or larger than its start.
+/// Factor by which a positive parameter without bounds may be smaller or larger than its start.
 pub const SPAN: f64 = 1e3;
 
 /// A parameter that is estimated. A search sees its logarithm, or its value in units of its scale: the inner value.

@@ -18,13 +18,13 @@ use crate::problem::{Interrupted, Problem, TOLERANCE};
 
 /// Best starts that are refined.
 pub const REFINED: usize = 3;
-/// Starts without bounds lie within a factor of five, or within so many magnitudes, of the first.
+/// Spread of starts without bounds about the first: a factor of five, or this number of magnitudes.
 const SPREAD: f64 = 1.6;
 /// Mean square of residuals, in units of the noise, at which no other start can lead to anything better.
 pub const AT_NOISE: f64 = 1.5;
 /// Relative difference of costs below which two solutions are taken for the same.
 const SAME: f64 = 1e-3;
-/// A rough search ends where so many vectors in a row have gained less than a share of the cost together.
+/// Vectors in a row that end a rough search, if they have gained less than a share of the cost together.
 const LOOKED: usize = 8;
 const GAINED: f64 = 0.02;
 /// Vectors that are tried at most.

@@ -4,7 +4,7 @@ use crate::arrays::{extremes, line, median, rms};
 use crate::distributions::log_normal;
 use crate::smoothing::noise;
 
-/// Noise of so many steps of a converter hides it: the sum of both is as good as normal.
+/// Noise, in steps of a converter, that hides it: the sum of both is as good as normal.
 const COARSE: f64 = 2.0;
 /// Share of the step of a converter below which noise is not searched.
 const FINEST: f64 = 0.02;

@@ -5,9 +5,9 @@ use crate::fitting::{Answer, unit_of};
 
 /// Share of a signal's standard deviation that no model of it leaves as residual.
 const MISSED: f64 = 0.5;
-/// A residual of so many times the noise of a sensor shows an error of the model.
+/// Ratio of a residual to the noise of a sensor that shows an error of the model.
 const LOUD: f64 = 3.0;
-/// Validation data whose residual is so many times that of the fitted data are predicted badly, or not at all.
+/// Ratios of the residual of validation data to the fitted one: predicted badly, or not at all.
 const OFF: [f64; 2] = [1.5, 3.0];
 
 /// A light, the worst last.

@@ -290,7 +290,7 @@ def test_whole_rig(inputs: str) -> None:
     begin = [0.1, 0.2, A[2], B[2]]
     close([window.begin.values[name] for name in window.begin.loose], begin, "begin")
     close((experiment.forces(window, {}) or ())[1], PUSH - DEAD + TIME + 2.5 - 3.0 * 0.6, "friction")
-    # A velocity that was measured counts, whatever the slope of the position is.
+    # A measured velocity counts, not the slope of the position.
     close(make("rig", {**GAS, "velocity": 1.1 * VELOCITY}, {})[1].begin.values["velocity0"], 0.22, "measured velocity")
     some = make("rig", taken("valveVoltage", "position", "chamberB.pressure"), {})
     assert some[0].forces(some[1], {}) is None and "chamberA.pressure0" not in some[1].begin.values

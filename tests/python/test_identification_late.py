@@ -18,7 +18,7 @@ KNOWN = {"supplyPressure": 6e5, "valve.deadZone": 0.065, "valve.C": 4.4e-9, "fri
 
 
 def later(course: Array, samples: int) -> Array:
-    """A course that is read so many samples late; before that it was what it begins with."""
+    """A course read a number of samples late; before that it has its first value."""
     return np.concatenate([np.full(samples, course[0]), course[:-samples]])
 
 

@@ -51,7 +51,7 @@ def white(seed: int, scale: float = NOISE) -> Array:
 
 
 def drifting(seed: int) -> Array:
-    """Errors that hang together for some tenths of a second."""
+    """Errors that are autocorrelated for some tenths of a second."""
     rng = np.random.default_rng(seed)
     return np.convolve(white(seed), np.ones(40) / np.sqrt(40.0), mode="same") + 1e-3 * rng.standard_normal(999)
 
@@ -178,7 +178,7 @@ def test_bootstrap_has_the_quantiles_of_refits_to_drawn_blocks() -> None:
     refits = np.linalg.solve(squares[drawn].sum(axis=1), slopes[drawn].sum(axis=1)[..., None])[..., 0]
     ends = np.quantile(refits, [0.025, 0.975], axis=0)
     for column, free in enumerate(found.problem.free):
-        # So many draws tell an end to 1 % of the width; two such ends are compared.
+        # This number of samples gives an end to 1 % of the width; two such ends are compared.
         width = ends[1, column] - ends[0, column]
         assert_close(free.outer(low[column]), ends[0, column], within=0.04 * width, what=f"low {free.name}")
         assert_close(free.outer(high[column]), ends[1, column], within=0.04 * width, what=f"high {free.name}")

@@ -247,7 +247,7 @@ def test_command_takes_noise_in_units(capsys: pytest.CaptureFixture[str], tmp_pa
 
 
 def test_page_says_how_plans_were_kept() -> None:
-    """The page has the numbers of its table, and every spread is within 25 % of what was foretold, as it says."""
+    """The page has the numbers of its table, and every spread is within 25 % of the prediction, as it says."""
     with (ROOT / "docs" / "identification" / "plans.csv").open(encoding="utf-8", newline="") as stream:
         rows = list(csv.DictReader(stream))
     page = (ROOT / "docs" / "identification" / "validation.md").read_text(encoding="utf-8")

@@ -58,7 +58,7 @@ def test_true_readings_tell_nothing_on_average_and_as_much_as_is_expected(noise:
     differences = rounded(true + noise * STEP * rng.standard_normal(len(true))) - true
     weights = sensor.weights(differences)
     told = weights * sensor.scores(differences)
-    # Four standard deviations of means of so many.
+    # Four standard deviations of means of this number.
     assert abs(np.mean(told)) < 4.0 * np.std(told) / np.sqrt(len(told))
     assert np.mean(told**2) == pytest.approx(np.mean(weights**2), abs=4.0 * np.std(told**2) / np.sqrt(len(told)))
 

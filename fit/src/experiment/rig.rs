@@ -14,7 +14,7 @@ const PRESSURES: [&str; 2] = ["chamberA.pressure", "chamberB.pressure"];
 const MACHINE: [&str; 6] =
     ["supplyPressure", "cylinder.bore", "cylinder.rod", "cylinder.stroke", "mass.moving", "valve.C"];
 const GRAVITY: f64 = 9.80665;
-/// A carriage rests where its position stays within so many times its noise.
+/// Multiple of its noise within which the position of a resting carriage stays.
 const RESTING: f64 = 8.0;
 /// Samples whose mean a pressure begins with.
 const FIRST: usize = 5;

@@ -55,7 +55,7 @@ export interface Answer {
   rms: Map<Signal, number>;
   holdOutRms: Map<Signal, number>;
   notes: string[];
-  /** The first time that is held out, or null. */
+  /** The start of the validation data, or null. */
   heldFrom: number | null;
   /** Verdict on the fit: a light, its meaning, and the reasons, the worst first. */
   light: Light;

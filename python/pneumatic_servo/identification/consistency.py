@@ -16,11 +16,11 @@ from pneumatic_servo.words import said
 Array = NDArray[np.float64]
 
 AGAINST = -0.2
-"""Share of the work that a force gives back on a way to and fro, below which its sign is in doubt; or a correlation."""
+"""Share of the work that a force gives back in a cycle, below which its sign is in doubt; or a correlation."""
 AWAY = 0.3
-"""A way to and fro ends within this share of its length from where it began: a weight gives back what it took."""
+"""A cycle ends within this share of its length from its start: a weight gives its work back."""
 UNLIKE = 1.5
-"""A velocity that is so many times the slope of its position, or less by it, is in another unit."""
+"""Ratio of a velocity to the slope of its position, or its inverse, that shows another unit."""
 MISTAKEN = (("mm/s", 1e3), ("deg/s", 57.3), ("rpm", 9.55))
 """Units of a velocity that are taken for the SI unit, and what it then is too large by."""
 WIDTH = 0.04

@@ -264,7 +264,7 @@ def _likelihood(seen: Sequence[_Seen], tau: float, noise: float) -> tuple[Array,
 
 
 def _noise(columns: Array, residuals: Array, blocks: NDArray[np.int64]) -> float:
-    """Return the variance of what is left beside factors and parameters, for samples that hang together.
+    """Return the variance of the residuals beside factors and parameters, for autocorrelated samples.
 
     As many of them as hang together count as one: by how much more the products with the columns vary from stretch to
     stretch than they would for independent samples.

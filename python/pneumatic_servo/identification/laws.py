@@ -27,7 +27,7 @@ COLUMNS = ["law", "converged", "free", "rms", "hold-out rms", "AIC"]
 
 @dataclass(frozen=True)
 class Ranking:
-    """Fits of several laws, the best first: by what is left of the data held out, or by AIC if none are.
+    """Fits of several laws, the best first: by the residual of the validation data, or by AIC without any.
 
     Attributes
     ----------

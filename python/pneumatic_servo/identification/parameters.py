@@ -25,7 +25,7 @@ VISCOUS = ("sigma2", "c1", "c2")
 """Names of the viscous friction of laws, which the load level does not multiply."""
 
 SPAN = 1e3
-"""Without bounds a positive parameter may be so many times smaller or larger than its start."""
+"""Factor by which a positive parameter without bounds may be smaller or larger than its start."""
 
 
 @dataclass(frozen=True)

@@ -28,11 +28,11 @@ TOO_FAST = 1e-6
 NEIGHBOURS = 5
 """Samples whose median tells what one of them should be."""
 AWAY = 20.0
-"""An outlier is off by more than so many standard deviations of the noise."""
+"""Standard deviations of the noise beyond which a sample is an outlier."""
 HALF = 0.5
 """And by more than this share of the range of the others."""
 LEAP = 3.0
-"""So many times the step before it is a leap."""
+"""Ratio of a leap to the step before it."""
 SHOWN = 5
 """Outliers that are named."""
 EMPTY = 2e4
@@ -40,7 +40,7 @@ EMPTY = 2e4
 HIGHEST = 1e8
 """Nor more."""
 BEYOND = 3.0
-"""A chamber has no more than so many times the supply, however it is compressed."""
+"""Largest ratio of a chamber's pressure to the supply's, even when compressed."""
 UNITS, LEAST, MOST = ("Pa", "kPa", "mbar", "bar", "psi", "MPa"), 0.3, 1.5
 """Units that pressures are taken for each other in, and shares of the supply between which one is likely."""
 BADLY = 0.5

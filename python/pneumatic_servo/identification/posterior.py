@@ -98,7 +98,7 @@ class Posterior:
         write_csv(Path(file), ["chain", "draw", *self.draws], zip(*columns, strict=True))
 
     def settings_of(self, number: int = 200) -> dict[str, Array]:
-        """Return so many draws, evenly spread over chains and steps, as parameters for `Model.simulate_many`.
+        """Return a number of samples, evenly spread over chains and steps, as parameters for `Model.simulate_many`.
 
         What is of sensors or a test bench, and none of the model's, is left out.
         """
@@ -113,7 +113,7 @@ class Posterior:
         return {name: values[places] for name, values in flat.items()}
 
     def predict(self, *, number: int = 200, common: Mapping[str, Any] | None = None, **options: Any) -> Band:
-        """Run the model once for each of so many draws: a band around a prediction.
+        """Run the model once for each of a number of samples: a band around a prediction.
 
         Parameters
         ----------

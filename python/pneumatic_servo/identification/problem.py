@@ -30,7 +30,7 @@ PULL = 1.5
 """Standard deviation, in logarithms, of how far a parameter without bounds is from its start: a factor of 4.5."""
 
 WORK = 20
-"""A run may take so many times the solver steps of the start; one that takes more is given up."""
+"""Limit of the solver steps of a run, relative to the start's; one that takes more is given up."""
 
 COUNTED = ["solver.steps", "solver.rejectedSteps"]
 """Counters of the solver steps of a run."""
@@ -91,7 +91,7 @@ class Problem:
         hold_out: float,
         extra: Sequence[Record] = (),
     ) -> Problem:
-        """Cut the records into windows; the last part of each, and the extra records, are held out."""
+        """Cut the records into windows; the last part of each, and the extra records, are validation data."""
         windows = []
         named = {*experiment.settings, *(one.name for one in free)}
         for record in [*records, *extra]:
@@ -161,7 +161,7 @@ class Problem:
         return replace(self, sensors=dict(sensors))
 
     def trained(self) -> Problem:
-        """Return the same problem without what is held out, which the fit need not simulate."""
+        """Return the same problem without validation data, which the fit need not simulate."""
         return replace(self, windows=tuple(cut for window in self.windows if (cut := _cut(window)) is not None))
 
     def begun(self, trained: Problem, x: Array) -> Problem:

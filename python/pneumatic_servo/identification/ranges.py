@@ -72,7 +72,7 @@ class Ranges:
 
 
 def held_of(problem: Problem, x: Array) -> dict[str, Array]:
-    """Return the samples held out, in SI units."""
+    """Return the validation data, in SI units."""
     held = _courses(problem, x, lambda window: window.used & window.held)
     return {signal: course for signal, course in held.items() if len(course)}
 

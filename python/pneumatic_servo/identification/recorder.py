@@ -15,13 +15,13 @@ from pneumatic_servo.identification.table import Measured
 Array = NDArray[np.float64]
 
 LONG = 8
-"""So many readings in a row at the very end of a signal are no chance where readings differ otherwise."""
+"""Readings in a row at the very end of a signal that are no chance where readings differ otherwise."""
 RARELY, OFTEN = 0.2, 0.1
 """A signal with noise repeats a reading for at most this share of its samples, and turns for at least that one."""
 NEAR = 3
 """Samples before and after a leap in which a carriage that moved by itself would have moved, too."""
 LEAP = 10.0
-"""A leap is so many times larger than the steps near it."""
+"""Ratio of a leap to the steps near it."""
 LOUD = 20.0
 """And than the noise."""
 DROPPED, STEADY = 2.5, 0.5
@@ -35,11 +35,11 @@ QUICK = 5e-3
 SMALL = 0.01
 """And than this share of the way."""
 MISSING = 1.5
-"""An interval of so many usual ones has lost samples."""
+"""Ratio of an interval to the usual one that shows lost samples."""
 FEW = 0.1
 """Share of irregular intervals from which samples count as uneven."""
 CHANCE, CERTAIN = 5.0, 5
-"""Rows are repeated if so many times more are than chance makes, and by more than so many."""
+"""Repeated rows are no chance beyond this multiple of the expected number, and beyond this number."""
 
 
 ASKED = ("time", "valveVoltage", "supplyPressure")

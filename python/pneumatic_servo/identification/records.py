@@ -16,7 +16,7 @@ from pneumatic_servo.identification.table import Column, Measured, measured
 Array = NDArray[np.float64]
 
 GAP = 5.0
-"""Intervals longer than so many usual ones split a record."""
+"""Multiple of the usual interval beyond which a gap splits a record."""
 LOST = 0.02
 """Shorter intervals, in s, are bridged on straight lines: a few lost samples tell less than a new beginning costs."""
 SHORTEST = 50

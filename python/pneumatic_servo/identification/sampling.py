@@ -157,7 +157,7 @@ def sample(problem: Problem, x: Array, seed: int, executor: Executor | None, wat
 
 @dataclass(frozen=True)
 class Proposal:
-    """Proposes from a t about the solution, whatever the present place is.
+    """Proposes from a t about the solution, independent of the present place.
 
     Attributes
     ----------

@@ -239,7 +239,7 @@ def _together(labels: tuple[Any, ...], fits: Sequence[Fit], common: int) -> Seri
 
 
 def _joint(problems: Sequence[Problem], alone: Sequence[Array], common: int) -> tuple[list[Array], bool]:
-    """Return the vectors of all records, whose first so many parameters are the same, and whether they are the best."""
+    """Return the vectors of all records, whose first parameters are shared, and whether they are the best."""
     vectors = [np.concatenate([x, np.zeros(sum(one.loose))]) for one, x in zip(problems, alone, strict=True)]
     middle = np.mean([x[:common] for x in vectors], axis=0)
     for x in vectors:

@@ -50,7 +50,7 @@ SAME = 0.95
 FITTED, PROMISING = 4, 0.05
 """Settings that are fitted along: all that promise to explain more than this share."""
 ATMOSPHERE, NEAR = 101325.0, 0.2
-"""A pressure that is off by so many Pa, within this share of it, counts from the atmosphere."""
+"""Offset of a pressure in Pa, within this share of it, that counts from the atmosphere."""
 
 
 @dataclass(frozen=True)

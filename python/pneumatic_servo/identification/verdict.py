@@ -21,15 +21,15 @@ Array = NDArray[np.float64]
 
 LIGHTS = ("green", "yellow", "red")
 WORSE = 1.5
-"""A regime whose rms is so many times that of all is named."""
+"""Ratio of a regime's RMS residual to the overall one from which it is named."""
 MISSED = 0.5
 """Share of a signal's spread that no model of it leaves."""
 LOUD = 3.0
-"""A fit that leaves so many times the noise of a sensor misses something."""
+"""Ratio of the residual to the noise of a sensor that shows an error of the model."""
 MUCH = 0.3
 """Share of what a law leaves of friction that a better one of the same variables would not."""
 OFF, FAR_OFF = 1.5, 3.0
-"""Data held out that are missed by so many times what was fitted are predicted badly, or not at all."""
+"""Ratios of the residual of validation data to the fitted one: predicted badly, or not at all."""
 
 
 @dataclass(frozen=True)

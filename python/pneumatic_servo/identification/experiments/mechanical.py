@@ -1,4 +1,4 @@
-"""A carriage with measured pressures: the mechanical half alone, whatever valve and gas do."""
+"""A carriage with measured pressures: the mechanical half alone, without valve and gas."""
 
 from __future__ import annotations
 
