@@ -46,7 +46,7 @@ parameters! {
         lag: Fixed = Variable::parameter(7, "tauL", units::SECOND, 5e-3)
             .range(0.0, 10.0)
             .shown_in("ms")
-            .text("Frictional memory: delay between a change of speed and that of friction; 0 or at least 10 us");
+            .text("Frictional memory: delay of friction behind a change of speed; 0 or at least 10 us");
         spring: Spring = [
             stiffness(8, "sigma0", 1e6).text("Contact stiffness while sticking"),
             damping(9, "sigma1", 1000.0).text("Contact damping while sticking"),

@@ -48,7 +48,7 @@ parameters! {
         slow_force: Tunable = force(6, "f2", 16.3).text("Steady force of the slow Dahl element, which is subtracted");
         length_ratio: Tunable = Variable::parameter(7, "eta", units::ONE, 0.5)
             .range(1e-3, 1.0)
-            .text("Path on which the fast element builds up, as a fraction of that of the slow one");
+            .text("Path on which the fast element builds up, as a fraction of the path of the slow one");
         length: Tunable = length(8, "xe", 1e-5).text("Path on which the slow element builds up");
     }
 }

@@ -46,12 +46,12 @@ parameters! {
         viscous: Tunable = viscous(30.0);
         rested_force: Tunable = force(5, "FsInf", 0.0)
             .nominal(15.0)
-            .text("Static friction after a long time at rest; 0: as Fs, whatever the time");
+            .text("Static friction after a long time at rest; 0: as Fs at all times");
         dwell_time: Tunable = dwell_time(6, 0.1)
             .text("Time at rest in which half of the growth from Fs to FsInf is done");
         kappa_ratio: Tunable = Variable::parameter(7, "kappaRatio", units::ONE, 1.0)
             .range(0.0, 100.0)
-            .text("Growth of the static friction with the load level relative to that of the Coulomb friction");
+            .text("Growth of the static friction with the load level relative to the growth of the Coulomb friction");
     }
 }
 

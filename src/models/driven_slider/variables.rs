@@ -122,7 +122,7 @@ parameters! {
         position0: Fixed = Variable::parameter(1006, "relativePosition0", units::METRE, 0.0).range(-1e3, 1e3).shown_in("mm")
             .text("Initial position on the tray");
         velocity0: Fixed = Variable::parameter(1007, "relativeVelocity0", units::METRE_PER_SECOND, 0.0).range(-100.0, 100.0).shown_in("mm/s")
-            .text("Initial velocity on the tray: that of a kick");
+            .text("Initial velocity on the tray, for example of a kick");
         walk_steps: i32 = Variable::count(1008, "walk.stepsPerPeriod", 500).range(0.0, 1e6)
             .text("Time steps of the random walk per period of the tray; 0: no walk");
         seed: u64 = Variable::count(1009, "walk.seed", 1).range(0.0, f64::from(i32::MAX))

@@ -380,7 +380,7 @@ fn supply_flow() -> Variable {
         .nominal(1e-3)
         .shown_in("l/min(ANR)")
         .derivative_of(CONSUMED)
-        .text("Mass flow drawn from the supply, whatever it goes to: chambers, hoses, vessel, leakage; negative where air flows back. 0 unless consumption.enabled")
+        .text("Mass flow drawn from the supply by chambers, hoses, vessel and leakage; negative where air flows back. 0 unless consumption.enabled")
 }
 
 fn state(place: usize) -> Variable {

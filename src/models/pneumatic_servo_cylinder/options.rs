@@ -25,7 +25,7 @@ parameters! {
         rod_a: Fixed = Variable::parameter(1201, "cylinder.rodA", units::METRE, 0.0).range(0.0, 1.0).nominal(5e-3).shown_in("mm")
             .text("Diameter of a second rod, through chamber A, smaller than the bore; equal to cylinder.rod: a symmetric cylinder");
         opens_b: bool = Variable::option(1202, "chamberB.open", false)
-            .text("Chamber B is open to the surroundings (single-acting): its pressure is ambient, whatever its initial pressure and the valve, whose port B is plugged");
+            .text("Chamber B is open to the surroundings (single-acting): its pressure is ambient, independent of its initial pressure and of the valve, whose port B is plugged");
         spring_stiffness: Fixed = Variable::parameter(1203, "load.stiffness", units::NEWTON_PER_METRE, 0.0).range(0.0, 1e8).nominal(100.0)
             .text("Stiffness of a spring between carriage and frame: a load, or the return spring of a single-acting cylinder");
         spring_rest: Fixed = Variable::parameter(1204, "load.rest", units::METRE, 0.0).range(-10.0, 10.0).nominal(0.1).shown_in("mm")
@@ -47,7 +47,7 @@ parameters! {
         throttle_ratio: Fixed = Variable::parameter(1217, "throttle.b", units::ONE, 0.3).range(0.0, 0.99)
             .text("Critical pressure ratio of flow controls and cushions");
         throttled_flow: ThrottledFlow = Variable::choice(1218, "throttle.direction", ThrottledFlow::MeterOut)
-            .text("Which flow the one-way flow controls throttle");
+            .text("Flow that the one-way flow controls throttle");
         cushion_length: Fixed = Variable::parameter(1219, "cushion.length", units::METRE, 0.0).range(0.0, 1.0).nominal(0.02).shown_in("mm")
             .text("Length of the end cushions at both ends of the stroke, at most the stroke; 0: none. They need hoses at both chambers");
         cushion_conductance: Fixed = Variable::parameter(1220, "cushion.C", units::CUBIC_METRE_PER_SECOND_PASCAL, 2e-10).range(1e-14, 1e-5).shown_in("dm3/(s.bar)")

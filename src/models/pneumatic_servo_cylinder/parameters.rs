@@ -50,7 +50,7 @@ parameters! {
         exponent: Fixed = Variable::parameter(1020, "thermal.exponent", units::ONE, 1.2).range(1.0, 2.0)
             .text("Polytropic exponent of the models Polytropic and PolytropicServo");
         incline: Fixed = Variable::parameter(1021, "incline", units::RADIAN, 0.0).range(-PI / 2.0, PI / 2.0).shown_in("deg")
-            .text("Inclination of the axis; positive: outstroke is uphill");
+            .text("Inclination of the axis; positive: extending is uphill");
         wire_force: Tunable = Variable::parameter(1022, "wireForce", units::NEWTON, 0.0).range(-1e4, 1e4)
             .text("Retracting force of the position transducer's wire, towards -x");
         piston_leakage: Fixed = Variable::parameter(1023, "piston.leakage", units::KILOGRAM_PER_SECOND_SQUARE_PASCAL, 0.0).range(0.0, 1e-10)

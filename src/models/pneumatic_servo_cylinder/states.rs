@@ -75,7 +75,7 @@ inputs! {
         supply_pressure = Variable::input(SUPPLY, "supplyPressure", units::PASCAL, 5e5).at_least(0.0).nominal(1e5).shown_in("bar")
             .text("Supply pressure of the valve or the regulator, absolute; below ambient it acts as ambient");
         imposed_position = Variable::input(IMPOSED_POSITION, "imposedPosition", units::METRE, 0.25).nominal(0.1).shown_in("mm")
-            .text("With motion = Imposed: position of the carriage, or of the far end of the coupling; the motion starts here. Held: that at the beginning of a communication step; with a derivative: that of each instant");
+            .text("With motion = Imposed: position of the carriage, or of the far end of the coupling; the motion starts here. Held: the position at the beginning of a communication step; with a derivative: at each instant");
         imposed_velocity = Variable::input(IMPOSED_VELOCITY, "imposedVelocity", units::METRE_PER_SECOND, 0.0).nominal(0.1).shown_in("mm/s")
             .text("With motion = Imposed: velocity of the carriage, or of the far end of the coupling; 0 throughout: the position is reached at the end of each communication step");
         voltage_a = voltage_of(VOLTAGE_A, "A");

@@ -127,7 +127,7 @@ outputs! {
         position = Variable::output(depends::X, "position", units::METRE).nominal(0.1).shown_in("mm")
             .depends_on(&[depends::X])
             .starts_from(&[IMPOSED_POSITION])
-            .text("Position of the carriage, 0 at the end of the instroke, stroke at the end of the outstroke");
+            .text("Position of the carriage: 0 retracted, stroke extended");
         velocity = Variable::output(depends::V, "velocity", units::METRE_PER_SECOND).nominal(0.1).shown_in("mm/s").derivative_of(depends::X)
             .depends_on(&depends::MOVING)
             .text("Velocity of the carriage; exactly 0 while it sticks");
@@ -136,7 +136,7 @@ outputs! {
             .text("Acceleration of the carriage");
         rod_force = Variable::output(104, "rodForce", units::NEWTON).nominal(10.0)
             .depends_on(&depends::motion())
-            .text("Force of the rod on the carriage, positive when pushing: what a load cell between them reads; with motion = Imposed all force of the cylinder on the body that imposes it");
+            .text("Force of the rod on the carriage, positive when pushing, as a load cell between them reads; with motion = Imposed the whole force of the cylinder on the body that imposes it");
         pressure_force = Variable::output(105, "pressureForce", units::NEWTON).nominal(10.0)
             .depends_on(&[depends::P_A, depends::P_B])
             .text("Force of the chambers and of the atmosphere on the rod");
@@ -159,10 +159,10 @@ outputs! {
             .text("Gas temperature in chamber B");
         mass_flow_a = Variable::output(111, "chamberA.massFlow", units::KILOGRAM_PER_SECOND).nominal(1e-3).shown_in("l/min(ANR)")
             .depends_on(&[depends::flow(0), depends::MOVING.to_vec()].concat())
-            .text("Net mass flow into chamber A, leakage included; what an open chamber breathes");
+            .text("Net mass flow into chamber A, leakage included; of an open chamber its exchange with the surroundings");
         mass_flow_b = Variable::output(112, "chamberB.massFlow", units::KILOGRAM_PER_SECOND).nominal(1e-3).shown_in("l/min(ANR)")
             .depends_on(&[depends::flow(1), depends::MOVING.to_vec()].concat())
-            .text("Net mass flow into chamber B, leakage included; what an open chamber breathes");
+            .text("Net mass flow into chamber B, leakage included; of an open chamber its exchange with the surroundings");
         sticking = Variable::flag(114, "sticking")
             .depends_on(depends::LOAD)
             .text("True while a set-valued law, Karnopp's band or the stick mode of a stick-slip law holds the carriage");
