@@ -44,18 +44,19 @@ pub fn tables<L: FrictionLaw, A: Actuating>() -> Tables {
     let at_ports = [[depends::P_A, depends::T_A, depends::X], [depends::P_B, depends::T_B, depends::X]];
     let measured = [&[depends::X][..], &[depends::P_A], &[depends::P_B], &depends::motion()];
     let outputs = Outputs::<f64>::table().into_iter().map(|variable| depends::on_feeds(variable, &feeds));
+    let completed = |variables| states::completed::<L>(variables, references::CONTACT);
     let computed = ByPart {
-        outputs: states::completed::<L>(outputs.collect(), references::CONTACT),
+        outputs: completed(outputs.collect()),
         actuator: A::computed(),
         friction: states::table::<L>("friction", references::CONTACT, depends::SLIDING)
             .into_iter()
             .map(yielding)
             .collect(),
         lines: Lines::computed([&feeds[0], &feeds[1]], at_ports),
-        sensors: Sensors::computed(
+        sensors: completed(Sensors::computed(
             measured,
             [&[IMPOSED_POSITION], &[], &[], &[FORCE, IMPOSED_POSITION, IMPOSED_VELOCITY]],
-        ),
+        )),
     };
     Tables {
         inputs: Inputs::table(),

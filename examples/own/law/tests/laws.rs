@@ -92,12 +92,15 @@ fn force_behind_a_film_lags() -> Outcome {
     Ok(())
 }
 
-/// The rate of the film depends on the bristle. The law need not say so: the table does, and packing writes it as the structure of
-/// the model.
+/// Dependencies on named states, of a sensor of the force for example, are in the table, which packing writes as the structure of the
+/// model. No law declares them.
 #[test]
 fn coupled_states_need_no_declaration() -> Outcome {
-    let setup = Setup::new(&CYLINDER).set("friction.law", "LaggedBristle")?.set("valveVoltage", 6.5)?;
-    found_dependencies(&setup);
+    let under = |law: &str| Ok::<_, Box<dyn std::error::Error>>(Setup::new(&CYLINDER).set("friction.law", law)?);
+    for law in ["LaggedBristle", "TwoBristles", "WarmBristle", "RateAndState"] {
+        found_dependencies(&under(law)?.set("valveVoltage", 6.5)?);
+    }
+    let setup = under("LaggedBristle")?;
     let table = setup.table();
     let reference = |name: &str| table.find(name).expect("a variable").variable.reference;
     let rate = table.find("der(friction.laggedBristle.film)").expect("a rate").variable;
