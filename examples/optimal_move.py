@@ -73,7 +73,7 @@ def main() -> int:
         print(f"replayed under {law}: ends {1e3 * error:+.3f} mm from the target, {run_text(runs[law])}")
     if arguments.figure:
         draw(plan, runs, arguments.figure)
-    # Collocation and co-simulation agree to a tenth of a millimetre; stiction is what the plan did not know.
+    # Collocation and co-simulation agree to a tenth of a millimetre; the plan did not know stiction.
     return 0 if abs(errors["SmoothCoulomb"]) < 1e-4 < abs(errors["Stribeck"]) else 1
 
 

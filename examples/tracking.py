@@ -19,12 +19,12 @@ STEP, COUNT, SEEN, ROUNDS, RUNS = 2e-3, 400, ["position", "velocity"], 6, 100
 GAINS = {"gain.position": 12.0, "gain.velocity": 8.0, "gain.integral": 10.0}
 PHASE = 4.0 * np.pi * STEP * np.arange(COUNT + 1)
 COURSE = np.stack([0.25 - 0.02 * np.cos(PHASE), 0.08 * np.pi * np.sin(PHASE), np.full(COUNT + 1, 5.0)]).T
-WEIGHTS, DAMPING = np.array([1e8, 2.5e3, 0.04]), 0.3  # what counts as much: 0.1 mm, 20 mm/s, 5 V from neutral
+WEIGHTS, DAMPING = np.array([1e8, 2.5e3, 0.04]), 0.3  # scales of equal cost: 0.1 mm, 20 mm/s, 5 V from neutral
 GIVEN = {"position0": COURSE[0, 0], "valve.hysteresis": 0.0, "supplyPressure": 6e5}  # a play has no derivative at rest
 
 
 def rollout(policy):
-    """The states before each step of a policy; what is seen behind it, with its voltage; and the cost."""
+    """The states before each step of a policy; the observations behind it, with its voltage; and the cost."""
     plant, states, seen = ps.Model().start(GIVEN), [], []
     names = plant.states
     for step in range(COUNT):

@@ -1,4 +1,4 @@
-/* The functions of FMI 2.0: each hands copies of what its pointers lead to to the function of the same name in the module,
+/* The functions of FMI 2.0: each passes copies of its arrays to the function of the same name in the module,
    where all else is done. The header is the host's. */
 #include "plant.h"
 

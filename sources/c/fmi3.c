@@ -1,4 +1,4 @@
-/* The functions of FMI 3.0: each hands copies of what its pointers lead to to the function of the same name in the module,
+/* The functions of FMI 3.0: each passes copies of its arrays to the function of the same name in the module,
    where all else is done. The header is the host's. */
 #include "plant.h"
 
@@ -215,7 +215,7 @@ fmi3Status fmi3GetVariableDependencies(fmi3Instance c, fmi3ValueReference depend
     ENTER("fmi3GetVariableDependencies")
     plant_reserve(p, PLANT_BYTES(number, 16) + 64);
     {
-        /* Of the arrays of sizes only the room counts: what is told has 32 bits. */
+        /* Arrays of sizes need room only: the module's sizes have 32 bits. */
         u32 element = plant_take(p, elements, number, 4), others = plant_take(p, independents, number, 4);
         u32 element_of_others = plant_take(p, elements_of_independents, number, 4), kind = plant_take(p, kinds, number, 4);
         u32 status = wasm_fmi3GetVariableDependencies(S, C, dependent, element, others, element_of_others, kind, COUNT(number));

@@ -159,7 +159,7 @@ static PlantStatus advance(Plant *plant, double end) {
     return status;
 }
 
-/* Makes values of what is computed belong to the present inputs. */
+/* Updates computed values for the present inputs. */
 static void compute(Plant *plant) {
     if (!plant->is_computed) {
         wasm_loop_read(&plant->module);

@@ -34,7 +34,7 @@ extern "C" {
 typedef enum {
     PLANT_OK,      /**< All is well. */
     PLANT_WARNING, /**< All is well, but the log has something to say. */
-    PLANT_DISCARD, /**< Of FMI alone: what was asked for is not possible now. */
+    PLANT_DISCARD, /**< Of FMI alone: the call is not possible now. */
     PLANT_ERROR,   /**< The call was refused and has changed nothing; or a step has ended before its end. */
     PLANT_FATAL    /**< The plant can only be freed. */
 } PlantStatus;
@@ -61,7 +61,7 @@ typedef enum {
 typedef struct {
     const char *name;      /**< Its name, as in the FMU. */
     const char *unit;      /**< Its unit; "" without one. */
-    double start;          /**< Its default; 0 for what is computed. */
+    double start;          /**< Its default; 0 for computed variables. */
     double min;            /**< The smallest value that is accepted. */
     double max;            /**< The largest value that is accepted. */
     uint32_t reference;    /**< Its value reference. */
@@ -80,7 +80,7 @@ typedef struct Plant Plant;
 typedef void PlantLog(const char *text);
 
 /** @brief Makes a plant with default parameters at time 0.
- *  @param log Takes messages; NULL: nobody does.
+ *  @param log Takes messages; NULL: none.
  *  @return The plant, or NULL if there is no memory for one more, or the self-test fails where it must not. */
 Plant *plant_init(PlantLog *log);
 
@@ -108,7 +108,7 @@ PlantStatus plant_step(Plant *plant, double step);
 /** @brief The time in s that the plant has reached. */
 double plant_time(const Plant *plant);
 
-/** @brief Reads a variable: inputs and parameters at any time, what is computed from the start on. Computed values belong to
+/** @brief Reads a variable: inputs and parameters at any time, computed variables from the start on. Computed values belong to
  *         the present inputs, also before the next step.
  *  @param plant The plant.
  *  @param reference The value reference.

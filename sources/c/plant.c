@@ -144,7 +144,7 @@ Plant *plant_ready(Plant *plant, u32 component) {
 int plant_enter(void *instance, const char *function) {
     Plant *plant = (Plant *)instance;
     if (!plant || (uintptr_t)instance % sizeof(void *)) return PLANT_ERROR;
-    /* A call during another one, also from the logger, is refused; the logger may be just what is running. */
+    /* A call during another one, also from the logger, is refused; the logger itself may be running. */
     if (TAKE_FLAG(&plant->busy)) return PLANT_ERROR;
     plant->function = function;
     return plant->is_lost ? plant_lost(plant) : PLANT_OK;

@@ -33,7 +33,7 @@
 typedef void PlantSink(Plant *plant, int status, const char *category, const char *text);
 
 struct Plant {
-    /* First: what the module hands to the host is the plant. */
+    /* First member: the module passes its own address to the host, which is the plant's. */
     Module module;
     /* The instance in the module's memory. */
     u32 component;
@@ -68,7 +68,7 @@ Plant *plant_new(const char *function, const char *name, PlantSink *sink, void (
 void plant_release(Plant *plant);
 /* The plant with an instance that was made, once the self-test is done; NULL, without the plant, if there is none. */
 Plant *plant_ready(Plant *plant, u32 component);
-/* Begins a call of the host, or tells how it ends: 0 if it may go on. */
+/* Begins a call of the host; returns its status, or 0 if it may go on. */
 int plant_enter(void *instance, const char *function);
 int plant_leave(Plant *plant, u32 status);
 /* Ends a call that was trapped. */
@@ -80,13 +80,13 @@ int plant_passes(Plant *plant, u64 fingerprint);
 
 /* Memory for arrays of this size together, by PLANT_BYTES. */
 void plant_reserve(Plant *plant, u64 bytes);
-/* Copies an array of the host's into the room and tells its address there. */
+/* Copies an array of the host into the room and returns its address there. */
 u32 plant_take(Plant *plant, const void *array, size_t number, unsigned size);
 /* Copies it back. */
 void plant_give(Plant *plant, u32 address, void *array, size_t number, unsigned size);
 /* The address of a copy of a string in the room. */
 u32 plant_text(Plant *plant, const char *text);
-/* Reserves room for strings, and tells the address of an array of their addresses. */
+/* Reserves room for strings, and returns the address of an array of their addresses. */
 u32 plant_texts(Plant *plant, const char *const texts[], size_t number);
 
 /* The handle in the module of a saved state; one of another instance is none there. */
@@ -121,7 +121,7 @@ extern const double plant_test_inputs[];
         if (setjmp(plant->module.jump)) return (status)plant_lost(plant); \
     }
 
-/* What an array takes at most, wherever it begins; what cannot be is far too much. */
+/* Largest size of an array with its alignment; an impossible size is far too large. */
 #define PLANT_BYTES(number, size) ((number) > 0x7fffffffu ? 0xffffffffull : (u64)(number) * (size) + 16u)
 #define PLANT_TEXT(text) ((text) != NULL ? PLANT_BYTES(strlen(text) + 1, 1) : 0u)
 /* A number of elements as the module has it: more than there can be if they do not fit. */

@@ -27,7 +27,7 @@ impl SetValued for Grip {
     }
 }
 
-/// The same as a law of no special kind, of which nobody checks the forces.
+/// The same as a law of the general kind, whose forces are not checked.
 #[derive(Clone, Debug)]
 struct Unchecked(Grip);
 

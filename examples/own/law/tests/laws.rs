@@ -76,7 +76,7 @@ fn bristles_yield_one_after_the_other() -> Outcome {
     Ok(())
 }
 
-/// From rest the film passes on what the bristle does, later. The solver's tolerance of 1e-6 remains.
+/// From rest the film passes on the force of the bristle, later. The solver's tolerance of 1e-6 remains.
 #[test]
 fn force_behind_a_film_lags() -> Outcome {
     let mut bench = moved("LaggedBristle", 1e-3)?.start(0.0)?;
@@ -144,7 +144,7 @@ fn contact_fades_as_it_warms() -> Outcome {
     Ok(())
 }
 
-/// Named states are variables in the group of their law, with units, rates and what these depend on.
+/// Named states are variables in the group of their law, with units, rates and dependencies.
 #[test]
 fn named_states_are_variables_of_their_law() -> Outcome {
     for model in [&BENCH, &CYLINDER] {

@@ -17,7 +17,7 @@ use pneumatic_servo::prelude::*;
 
 pneumatic_servo_fmu::export_fmu!(&[MODEL]);
 
-/// The model: one line of it says what it is, the rest is the experiment that is run by default.
+/// The model: its description in one line, and the default experiment.
 pub const MODEL: Model = Model::of::<QuarterCar, 2, 4>(
     "QuarterCar",
     "Quarter car that brakes on a LuGre tyre, with a wheel that locks and rolls again",

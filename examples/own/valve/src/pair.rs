@@ -1,4 +1,4 @@
-//! The valves, their lag and what they let through.
+//! The valves, their lag and their flow.
 
 use pneumatic_servo::numbers::Pair;
 use pneumatic_servo::pneumatics::actuator::{Commands, Ports, STATES, SUPPLY, VOLTAGE};

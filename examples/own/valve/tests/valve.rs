@@ -53,7 +53,7 @@ fn carriage_moves_both_ways_and_no_air_is_lost() -> Outcome {
     Ok(())
 }
 
-/// The cylinder keeps with it what models promise, gentle and explicit as well as stiff and implicit: both spools act on the
+/// The cylinder keeps the promises of models with it, with explicit and with implicit steps: both spools act on the
 /// flow, and every scheme sees it.
 #[test]
 fn cylinder_keeps_what_models_promise() -> Outcome {
