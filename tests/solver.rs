@@ -509,7 +509,7 @@ fn system_may_have_forty_events() {
     assert_eq!(run.state().1, &STEPS);
 }
 
-/// What conserves nothing has nothing to account for.
+/// A system without conserved quantities has no account.
 #[test]
 fn account_without_conserved_quantities_is_empty() {
     let mut run = problem::run(Oscillator::new(false), ADAPTIVE.keeping_balance(true), [1.0, 0.0], (), 0.0);

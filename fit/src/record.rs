@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use crate::arrays::{differences, interpolate, median, span};
 use crate::refused::Refused;
 
-/// Intervals longer than so many usual ones, and than so many s, split a record: a few lost samples tell less than a new
+/// Intervals longer than a multiple of the usual one, and than a time in s, split a record: a few lost samples cost less than a new
 /// beginning costs.
 const GAP: f64 = 5.0;
 const LOST: f64 = 0.02;

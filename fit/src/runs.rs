@@ -8,7 +8,7 @@ use crate::parameter::{Parameter, Values, values};
 use crate::problem::{Interrupted, Segment, Simulated, TOLERANCE};
 use crate::refused::Refused;
 
-/// A run may take so many times the solver steps of the start; one that takes more is given up. Far off what can be meant, say
+/// Limit of the solver steps of a run, relative to the start's; one that takes more is given up. Far from plausible values, say
 /// where a bristle is all damping, a run may take a thousand times as long, and tells no more than that.
 const WORK: f64 = 20.0;
 /// Steps between two looks at the work that was done.

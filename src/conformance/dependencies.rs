@@ -72,7 +72,7 @@ fn undeclared(table: &Table, found: &Pairs) -> Vec<String> {
     names(table, found.difference(&declared(table)).filter(declares).copied())
 }
 
-/// What is declared; variables that declare nothing depend on everything, which needs no look.
+/// Declared dependencies; variables that declare nothing depend on everything, which needs no look.
 fn declared(table: &Table) -> Pairs {
     let of = |it: &Variable| it.depends_on.iter().flatten().map(|known| (it.reference, *known)).collect::<Vec<_>>();
     table.computed().flat_map(of).collect()

@@ -358,7 +358,7 @@ macro_rules! outputs {
         pub struct $name<S> { $(pub $field: $crate::outputs!(@type S $([$count])?)),* }
 
         impl<S> $name<S> {
-            /// How many variables there are.
+            /// Number of variables.
             pub const LEN: usize = 0 $(+ $crate::outputs!(@count $([$count])?))*;
 
             /// The variables, in the order of the fields.

@@ -101,7 +101,7 @@ macro_rules! states {
             }
         }
     };
-    // What is declared twice has one meaning too many.
+    // A state declared twice would have two meanings.
     (@different $name:ident) => {
         const _: () = {
             let (states, mut index) = ($name::ALL, 0);
