@@ -59,7 +59,7 @@ static void model_terminate(void) {
 
 int main(void) {
     static PlantOutputs outputs;
-    PlantInputs inputs = {5.0, 0.0, 5e5}; /* V, N, Pa */
+    PlantInputs inputs = {.valveVoltage = 5.0, .supplyPressure = 5e5}; /* V, Pa */
     PlantStatus status = model_initialize(&outputs);
     int step;
     for (step = 0; step < STEPS && status == PLANT_OK; step++) {
