@@ -1,4 +1,4 @@
-//! Running of other programs, with output at least every few seconds.
+//! Running of other programs, with output at least every half a minute.
 
 use std::cell::{OnceCell, RefCell};
 use std::ffi::{OsStr, OsString};
@@ -12,8 +12,10 @@ use std::time::{Duration, Instant};
 use anyhow::{Context, Result, ensure};
 use cargo_metadata::{Metadata, MetadataCommand};
 
+/// Time until the first line about the progress of a program; the time until each further one is twice as long as the last.
+const FIRST_PAUSE: Duration = Duration::from_secs(4);
 /// Longest time without output.
-const SILENCE: Duration = Duration::from_secs(4);
+const LONGEST_PAUSE: Duration = Duration::from_secs(32);
 
 /// The Cargo that runs this program.
 pub fn cargo() -> Command {
@@ -91,13 +93,15 @@ fn since_begin() -> Duration {
     BEGIN.get_or_init(Instant::now).elapsed()
 }
 
-/// Does something, and says every few seconds that it is still under way.
+/// Does something, and says in growing intervals that it is still under way.
 pub fn with_progress<T>(what: &str, work: impl FnOnce() -> T) -> T {
     let begin = Instant::now();
     std::thread::scope(|scope| {
         let (done, wait) = channel::<()>();
         scope.spawn(move || {
-            while wait.recv_timeout(SILENCE) == Err(RecvTimeoutError::Timeout) {
+            let mut pause = FIRST_PAUSE;
+            while wait.recv_timeout(pause) == Err(RecvTimeoutError::Timeout) {
+                pause = (2 * pause).min(LONGEST_PAUSE);
                 println!("  {what}: {:.0} s", begin.elapsed().as_secs_f64());
                 std::io::stdout().flush().ok();
             }
