@@ -9,9 +9,11 @@ from __future__ import annotations
 import numpy as np
 import pneumatic_servo as ps
 import pytest
+from numpy.typing import NDArray
 from pneumatic_servo.identification.fitted import Estimate
 from test_identification import RIG, RIG_COLUMNS
 
+Array = NDArray[np.float64]
 FREE = [*(f"friction.stribeck.{name}" for name in ("Fs", "Fc", "vs", "sigma2")), "valve.deadZone", "valve.C"]
 
 
@@ -88,6 +90,53 @@ def test_friction_that_differs_by_direction_is_named_before_an_offset_of_the_for
     inwards, factor = freed.values["friction.coulomb.Fc"], freed.values["friction.direction.factor"]
     assert inwards == pytest.approx(6.0, rel=0.01) and factor * inwards == pytest.approx(10.0, rel=0.01)
     assert freed.verdict.light == "green" and freed.suspect is None
+
+
+def pushed_axis(outwards: float, inwards: float) -> dict[str, Array]:
+    """A carriage of 2 kg in closed loop, integrated by itself in steps of 0.02 ms; its friction differs by direction."""
+    step, substeps, mass, viscous = 1e-3, 50, 2.0, 30.0
+    time = np.arange(0.0, 3.0, step)
+    target = 0.25 + 0.05 * np.sin(4.0 * time) + 0.01 * np.sin(13.0 * time)
+    position, force = np.zeros(len(time)), np.zeros(len(time))
+    x, v = 0.25, 0.0
+    for k in range(len(time)):
+        position[k], force[k] = x, 1500.0 * (target[k] - x) - 60.0 * v
+        for _ in range(substeps):
+            if v == 0.0 and -inwards <= force[k] <= outwards:
+                break
+            towards = v if v != 0.0 else force[k]
+            dry = outwards if towards > 0.0 else -inwards
+            fast = v + step / substeps * (force[k] - viscous * v - dry) / mass
+            fast = 0.0 if v * fast < 0.0 else fast
+            x, v = x + 0.5 * step / substeps * (v + fast), fast
+    noise = 2e-6 * np.random.default_rng(5).standard_normal(len(time))
+    return {"time": time, "position": position + noise, "force": force}
+
+
+@pytest.mark.parametrize("experiment", ["force", "mechanical"])
+def test_friction_by_direction_is_named_and_found_where_forces_move_a_mass(experiment: str) -> None:
+    """+10 N outwards and -6 N inwards: an offset of 2 N would make a plant that has +-8 N."""
+    data, mass = pushed_axis(10.0, 6.0), "mass" if experiment == "force" else "mass.moving"
+    if experiment == "mechanical":
+        model = ps.Model()
+        bore, rod = (0.25 * np.pi * float(model.parameters[f"cylinder.{name}"].default) ** 2 for name in ("bore", "rod"))
+        # Pressures are taken to be on lines between samples, and the force was held.
+        force = data.pop("force")
+        held = 0.5 * (np.append(force[:1], force[:-1]) + force)
+        data["chamberB.pressure"] = 3e5 + 1e3 * np.sin(data["time"])
+        data["chamberA.pressure"] = (held + data["chamberB.pressure"] * (bore - rod) + 101325.0 * rod) / bore
+    given = {"experiment": experiment, "law": "Coulomb", "starts": 0, "progress": False, "settings": {mass: 2.0}}
+    free = ["friction.coulomb.Fc", "friction.coulomb.sigma2"]
+    found = ps.fit(data, fit=free, **given)
+    suspect = found.suspect
+    # A dead load of 2 N beside friction of 8 N is the same machine.
+    assert suspect is not None and "friction.direction.factor" in (suspect.name, *suspect.alike), str(suspect)
+    assert suspect.name in ("friction.direction.factor", "wireForce")
+    causes = [finding.text for finding in found.verdict.findings if "would be gone" in finding.text]
+    assert "friction.direction.factor" in causes[0] and found.verdict.light != "green"
+    freed = ps.fit(data, fit=[*free, "friction.direction.factor"], **given)
+    inwards, factor = freed.values["friction.coulomb.Fc"], freed.values["friction.direction.factor"]
+    assert inwards == pytest.approx(6.0, rel=0.02) and factor * inwards == pytest.approx(10.0, rel=0.02)
 
 
 def test_clock_that_runs_fast_is_named() -> None:

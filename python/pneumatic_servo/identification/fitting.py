@@ -50,7 +50,7 @@ OF_SENSORS = {
 """Known properties of sensors, with their SI units."""
 OF_BENCH = {
     "motion": {"area": "m2", "friction.kappaA": "1/Pa", "friction.direction.factor": "1"},
-    "force": {"incline": "rad", "spring": "N/m", "springRest": "m"},
+    "force": {"incline": "rad", "spring": "N/m", "springRest": "m", "friction.direction.factor": "1"},
 }
 """What a test bench has that its model does not."""
 INPUTS = ("held", "lines")
@@ -106,7 +106,7 @@ def fit(
         those of the model, ``gain.SIGNAL``, ``offset.SIGNAL`` and ``delay.SIGNAL`` of signals that are compared or
         drive the model (what is true is ``gain * (reading - offset)``, read so much later), ``lag.SIGNAL`` of those
         compared (the time constant of a filter of first order), for ``motion`` ``area``, ``friction.kappaA`` and
-        ``friction.direction.factor``, for ``force`` ``incline``, ``spring`` and ``springRest``.
+        ``friction.direction.factor``, for ``force`` the latter, ``incline``, ``spring`` and ``springRest``.
     columns : str or mapping, optional
         ``SIGNAL=column[unit],...``, or the same as a mapping; a column as it stands in the table, ``"Zeit [s]"``, or
         without its unit, and with a minus before it for the opposite sign. By default the columns that have the names

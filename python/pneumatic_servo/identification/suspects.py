@@ -34,12 +34,12 @@ GAS = (
 SETTINGS = {
     "rig": (*GAS, "mass.moving", "wireForce", "friction.direction.factor"),
     "pneumatic": GAS,
-    "mechanical": ("cylinder.bore", "cylinder.rod", "mass.moving", "wireForce"),
-    "force": ("mass",),
+    "mechanical": ("cylinder.bore", "cylinder.rod", "mass.moving", "wireForce", "friction.direction.factor"),
+    "force": ("mass", "friction.direction.factor"),
     "motion": ("friction.direction.factor",),
 }
 """What a machine may have otherwise than it is given."""
-MODELS = ("EnergyBalance", "Isothermal", "Polytropic")
+MODELS = ("EnergyBalance", "Isothermal", "Polytropic", "PolytropicServo")
 """Thermal models that are tried for each other."""
 CLOCKED = ("rig", "pneumatic", "mechanical", "force")
 """Experiments in which more than friction depends on time."""
@@ -230,7 +230,7 @@ def _names(problem: Problem) -> list[str]:
     return [
         name
         for name in dict.fromkeys(names)
-        if (name in table.variables or (experiment.name == "motion" and name in OF_LOAD)) and name not in known
+        if (name in table.variables or name in OF_LOAD) and name not in known
         and not effects.reason_for(table.variables, settings, name)
         and not (experiment.name == "pneumatic" and name.startswith("friction."))
     ]  # fmt: skip

@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter1d
 
-from pneumatic_servo.identification.experiments.base import Around, Beginning, Experiment, Pushed, Values, Window
+from pneumatic_servo.identification.experiments.base import Around, Beginning, Experiment, Values, Window
 from pneumatic_servo.identification.experiments.cylinder import middle
+from pneumatic_servo.identification.experiments.pushed import Pushed
 from pneumatic_servo.identification.records import Record
 from pneumatic_servo.identification.smoothing import fastest, follow, noise, smooth
 from pneumatic_servo.model import Model
@@ -78,6 +79,7 @@ class Balance(Experiment):
     def prepare(self, record: Record) -> tuple[Mapping[str, Array], NDArray[np.bool_]]:
         """Smooth a position whose noise would be a motion of its own; leave out the ends, which have no mean."""
         driven = {signal: record.on_grid(signal) for signal in record.signals}
+        driven["direction"] = self.inner.direction(record)
         position = driven["position"]
         error = noise(record.signals["position"])
         if np.sqrt(2.0) * error / record.step > LOUD * fastest(np.gradient(position, record.step)):

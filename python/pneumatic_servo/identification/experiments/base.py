@@ -355,19 +355,3 @@ class Experiment(ABC):
     def resting(self, record: Record) -> NDArray[np.bool_]:
         """Tell where a position does not change by more than its noise."""
         return np.zeros(len(record.time), dtype=bool)
-
-
-class Pushed(Experiment):
-    """An experiment whose mass is moved by forces that are measured."""
-
-    @abstractmethod
-    def applied(self, window: Window, values: Values) -> Array:
-        """Return the force on the mass but for its friction, at the communication points."""
-
-    @abstractmethod
-    def level(self, window: Window, values: Values) -> Array:
-        """Return the load level at the communication points."""
-
-    @abstractmethod
-    def inertia(self, values: Values) -> float:
-        """Return the mass."""

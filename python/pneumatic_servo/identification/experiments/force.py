@@ -11,9 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pneumatic_servo.identification.experiments import position
-from pneumatic_servo.identification.experiments.base import Beginning, Pushed, Values, Window
+from pneumatic_servo.identification.experiments.base import Beginning, Values, Window
 from pneumatic_servo.identification.experiments.cylinder import GRAVITY, middle
 from pneumatic_servo.identification.experiments.mechanical import WINDOW
+from pneumatic_servo.identification.experiments.pushed import Pushed
 from pneumatic_servo.identification.records import Record
 from pneumatic_servo.identification.smoothing import fastest, slope, smooth
 from pneumatic_servo.model import Model
@@ -32,7 +33,7 @@ class Force(Pushed):
 
     ```text
     mass*dv/dt = gain.force*(force - offset.force) - mass*g*sin(incline) - spring*(position - springRest) - friction
-    level = normalForce/rated
+    level = normalForce/rated, times friction.direction.factor outwards
     ```
 
     The spring takes the position that was measured, so that it needs one. Of a rotating machine mass is an inertia,
@@ -91,6 +92,7 @@ class Force(Pushed):
     def prepare(self, record: Record) -> tuple[Mapping[str, Array], NDArray[np.bool_]]:
         """Smooth the force, whose noise would break the mass away before its time; compare all samples."""
         driven = {signal: record.on_grid(signal) for signal in record.signals}
+        driven["direction"] = self.direction(record)
         if self.options.smooths:
             driven["force"] = smooth(driven["force"], record.step, self.options.width)
             self.notes.append(f"{record.name}: the force is smoothed over {1e3 * self.options.width:.3g} ms")
@@ -111,9 +113,10 @@ class Force(Pushed):
 
     def level(self, window: Window, values: Values) -> Array:
         """Return the load level at the communication points."""
-        if "normalForce" not in window.driven:
-            return np.ones(len(window.record.grid))
-        return np.maximum(self.given(window, "normalForce", values) / self.options.rated, 0.0)
+        level = np.ones(len(window.record.grid))
+        if "normalForce" in window.driven:
+            level = np.maximum(self.given(window, "normalForce", values) / self.options.rated, 0.0)
+        return self.directed(level, window, values)
 
     def inertia(self, values: Values) -> float:
         """Return the mass."""

@@ -8,8 +8,9 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from pneumatic_servo.identification.experiments.base import Beginning, Options, Pushed, Values, Window
+from pneumatic_servo.identification.experiments.base import Beginning, Options, Values, Window
 from pneumatic_servo.identification.experiments.cylinder import OfCylinder, middle
+from pneumatic_servo.identification.experiments.pushed import Pushed
 from pneumatic_servo.identification.records import Record
 from pneumatic_servo.identification.signals import SLIDING, Units
 from pneumatic_servo.identification.smoothing import smooth
@@ -59,6 +60,7 @@ class Mechanical(OfCylinder, Pushed):
     def prepare(self, record: Record) -> tuple[Mapping[str, Array], NDArray[np.bool_]]:
         """Smooth the pressures, whose noise would break the carriage away before its time; compare all samples."""
         driven, width = self.grids(record), self.options.width
+        driven["direction"] = self.direction(record)
         if self.options.smooths:
             for chamber in ("chamberA.pressure", "chamberB.pressure"):
                 driven[chamber] = smooth(driven[chamber], record.step, width)
@@ -68,6 +70,10 @@ class Mechanical(OfCylinder, Pushed):
     def begin(self, record: Record, driven: Mapping[str, Array]) -> Beginning:
         """Begin with the smoothed position and its slope."""
         return self.begin_motion(record)
+
+    def level(self, window: Window, values: Values) -> Array:
+        """Return the load level: it grows with the pressures, and may differ by direction."""
+        return self.directed(super().level(window, values), window, values)
 
     def inertia(self, values: Values) -> float:
         """Return the mass of the carriage."""
