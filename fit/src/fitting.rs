@@ -6,12 +6,13 @@ use std::sync::Arc;
 use pneumatic_servo::variables::Kind;
 
 use crate::arrays::{rms, span};
-use crate::experiment::{self, Experiment, MeasuredSegment, Options, Whole};
+use crate::causes::{Cause, MUCH, cause};
+use crate::experiment::{self, Experiment, MeasuredSegment, Options, Whole, parameter};
 use crate::guess::started;
 use crate::intervals::certainty;
 use crate::parameter::{Parameter, Values};
 use crate::problem::{FAILED, Interrupted, Problem, STEP, Simulated, TOLERANCE};
-use crate::record::{Record, Signals, split};
+use crate::record::{Record, Signals, split, unit_of};
 use crate::refused::Refused;
 use crate::runs::Runs;
 use crate::search::{Loss, Watch, solve, with_likely_sensors};
@@ -24,30 +25,6 @@ const SHORTEST: usize = 10;
 const RESTING: f64 = 8.0;
 /// Samples for each parameter, at least.
 const SAMPLES: usize = 5;
-
-/// Parameters of the cylinder that make the load level of a bench.
-const OF_LOAD: [&str; 2] = ["friction.kappaA", "friction.direction.factor"];
-
-/// SI units of signals.
-pub const UNITS: [(&str, &str); 12] = [
-    ("time", "s"),
-    ("position", "m"),
-    ("velocity", "m/s"),
-    ("frictionForce", "N"),
-    ("force", "N"),
-    ("normalForce", "N"),
-    ("pressure", "Pa"),
-    ("valveVoltage", "V"),
-    ("supplyPressure", "Pa"),
-    ("externalForce", "N"),
-    ("chamberA.pressure", "Pa"),
-    ("chamberB.pressure", "Pa"),
-];
-
-/// SI unit of a signal.
-pub fn unit_of(signal: &str) -> &'static str {
-    UNITS.iter().find(|(name, _)| *name == signal).map_or("1", |(_, unit)| *unit)
-}
 
 /// Data, experiment, and estimated parameters.
 #[derive(Clone, Debug, PartialEq)]
@@ -109,10 +86,14 @@ pub struct Answer {
     pub validation_rms: BTreeMap<&'static str, f64>,
     /// Noise of each compared signal as its data tell it, with that of its converter.
     pub noise: BTreeMap<&'static str, f64>,
+    /// The fixed parameter or the sensor that would explain most of what is left, if that is much.
+    pub cause: Option<Cause>,
     /// Notes on the data.
     pub notes: Vec<String>,
     /// Time in s at which the validation data begin.
     pub validation_from: Option<f64>,
+    /// Fitted start values of the first segment.
+    pub start: Values,
     /// Measured and simulated curves.
     pub courses: Vec<Course>,
 }
@@ -158,7 +139,7 @@ pub fn fit(question: &Question, watch: &dyn Watch, told: &dyn Fn(f64)) -> Result
     check_size(experiment, &segments, &parameters)?;
     let parameters = started(experiment, &segments, &parameters);
     let trained = segments.iter().filter_map(MeasuredSegment::trained).collect();
-    let mut runs = Runs { experiment, segments: trained, parameters, most: f64::INFINITY, told };
+    let mut runs = Runs { experiment, segments: trained, parameters, fixed: Values::new(), most: f64::INFINITY, told };
     let sensors = sensors(experiment, &records);
     let start = problem(&runs, &sensors).start();
     check_start(&runs, &problem(&runs, &sensors), &start)?;
@@ -170,10 +151,26 @@ pub fn fit(question: &Question, watch: &dyn Watch, told: &dyn Fn(f64)) -> Result
     let sure = certainty(&fitted, &best.x)?;
     let begun = begun(&segments, &runs, &best.x);
     let own = &best.x[..runs.parameters.len()];
-    let whole = Runs { segments: begun, parameters: runs.parameters.clone(), most: f64::INFINITY, ..runs };
+    let whole = Runs {
+        segments: begun,
+        parameters: runs.parameters.clone(),
+        fixed: Values::new(),
+        most: f64::INFINITY,
+        ..runs
+    };
     let readings = whole.readings(own, TOLERANCE);
     let residuals = |is_validation| residuals(&whole, &readings, is_validation);
     let rms = residuals(false);
+    let noise: BTreeMap<_, _> =
+        experiment.compared().iter().zip(&sensors).map(|(signal, sensor)| (*signal, sensor.whole_noise())).collect();
+    // Noise is what no cause explains.
+    let is_loud = |(signal, rms): (&&'static str, &f64)| rms * rms * (1.0 - MUCH) > noise[signal] * noise[signal];
+    let cause = if rms.iter().any(is_loud) {
+        watch.stage("causes of the residuals");
+        cause(&runs, &fitted, &best.x)?
+    } else {
+        None
+    };
     let is_simulated = rms.values().all(|rms| rms.is_finite());
     let estimate = |(place, one): (usize, &Parameter)| Estimate {
         parameter: (one.name.clone(), one.unit.clone()),
@@ -191,14 +188,11 @@ pub fn fit(question: &Question, watch: &dyn Watch, told: &dyn Fn(f64)) -> Result
         estimates: whole.parameters.iter().enumerate().map(estimate).collect(),
         validation_rms: residuals(true),
         rms,
-        noise: experiment
-            .compared()
-            .iter()
-            .zip(&sensors)
-            .map(|(signal, sensor)| (*signal, sensor.whole_noise()))
-            .collect(),
+        noise,
+        cause,
         notes,
         validation_from: whole.segments.iter().filter_map(first).reduce(f64::min),
+        start: whole.segments.first().map(|segment| segment.begin.values.clone()).unwrap_or_default(),
         courses: courses(&whole, readings),
     })
 }
@@ -222,34 +216,6 @@ fn parameters(experiment: &dyn Experiment, question: &Question) -> Result<Vec<Pa
         None => parameter(experiment, name),
     };
     names.iter().map(of_name).collect()
-}
-
-fn parameter(experiment: &dyn Experiment, name: &str) -> Result<Parameter, Refused> {
-    if let Some((kind, signal)) = name.split_once('.')
-        && let Some(found) = Parameter::of_sensor(kind, signal, unit_of(signal))
-    {
-        let (mut there, place) = match kind {
-            "lag" => (vec![], "compared"),
-            _ => (experiment.driving(), "compared or driving"),
-        };
-        there.splice(0..0, experiment.compared().iter().copied());
-        if !there.contains(&signal) {
-            return Err(Refused(format!("{name}: {signal} is not {place} here, only {}", there.join(", "))));
-        }
-        return Ok(found);
-    }
-    let bench = experiment.given().model;
-    if name == "area" && bench.name == "FrictionBench" {
-        return Ok(Parameter::area());
-    }
-    // The cylinder has them, too; the bench gets the load level that they make.
-    let is_of_load = OF_LOAD.contains(&name) && bench.table().find(name).is_none();
-    let table = if is_of_load { experiment::model("PneumaticServoCylinder").table() } else { bench.table() };
-    let Some(entry) = table.find(name) else {
-        return Err(Refused(format!("there is no parameter {name} of {}", bench.name)));
-    };
-    Parameter::of_variable(entry.variable)
-        .ok_or_else(|| Refused(format!("{name} is no real parameter, so that it cannot be estimated")))
 }
 
 /// Records as segments, whose last share is validation data, and notes.
@@ -343,7 +309,12 @@ fn check_start(runs: &Runs<'_>, problem: &Problem<'_>, start: &[f64]) -> Result<
     if !problem.residuals(&differences).iter().all(|residual| residual.abs() == FAILED) {
         return Ok(());
     }
-    let mut again = Runs { segments: runs.segments.clone(), parameters: runs.parameters.clone(), ..*runs };
+    let mut again = Runs {
+        segments: runs.segments.clone(),
+        parameters: runs.parameters.clone(),
+        fixed: runs.fixed.clone(),
+        ..*runs
+    };
     match again.limit_work(start) {
         Ok(()) => Ok(()),
         Err(Refused(why)) => Err(Refused(format!("the start values cannot be simulated: {why}")).into()),

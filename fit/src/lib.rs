@@ -7,6 +7,7 @@
 #![forbid(unsafe_code)]
 
 pub mod arrays;
+pub mod causes;
 pub mod distributions;
 pub mod experiment;
 pub mod fitting;

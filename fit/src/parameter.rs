@@ -114,6 +114,11 @@ impl Parameter {
         }
     }
 
+    /// An input of a model that has one value for all records.
+    pub fn of_input(name: &str, unit: &str, start: f64, bounds: [f64; 2]) -> Self {
+        Self::new(name, unit, start, bounds, 0.0)
+    }
+
     /// The effective area of a seal, whose start only the data tell.
     pub fn area() -> Self {
         Self::new("area", "m2", f64::NAN, ANY, 1e-4)

@@ -14,6 +14,27 @@ const SHORTEST: usize = 50;
 /// Intervals in s that no rig has, as they are too long or too short.
 const INTERVALS: [f64; 2] = [1e-6, 0.5];
 
+/// SI units of signals.
+pub const UNITS: [(&str, &str); 12] = [
+    ("time", "s"),
+    ("position", "m"),
+    ("velocity", "m/s"),
+    ("frictionForce", "N"),
+    ("force", "N"),
+    ("normalForce", "N"),
+    ("pressure", "Pa"),
+    ("valveVoltage", "V"),
+    ("supplyPressure", "Pa"),
+    ("externalForce", "N"),
+    ("chamberA.pressure", "Pa"),
+    ("chamberB.pressure", "Pa"),
+];
+
+/// SI unit of a signal.
+pub fn unit_of(signal: &str) -> &'static str {
+    UNITS.iter().find(|(name, _)| *name == signal).map_or("1", |(_, unit)| *unit)
+}
+
 /// Signals by name, in SI units.
 pub type Signals = BTreeMap<String, Vec<f64>>;
 

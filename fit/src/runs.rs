@@ -26,6 +26,8 @@ pub struct Runs<'a> {
     pub segments: Vec<MeasuredSegment>,
     /// Estimated parameters.
     pub parameters: Vec<Parameter>,
+    /// Values that take the place of known ones.
+    pub fixed: Values,
     /// Solver steps after which a run is given up.
     pub most: f64,
     /// Observer of each run, with the share of it that is done.
@@ -66,12 +68,19 @@ impl Runs<'_> {
         self.segments.iter().map(begin).collect()
     }
 
+    /// Values of the estimated parameters, and those that take the place of known ones.
+    fn values(&self, x: &[f64]) -> Values {
+        let mut values = values(&self.parameters, x);
+        values.extend(self.fixed.iter().map(|(name, value)| (name.clone(), *value)));
+        values
+    }
+
     /// Gives up runs that take many times the steps of the start from now on.
     ///
     /// # Errors
     /// [`Refused`], if the start cannot be simulated.
     pub fn limit_work(&mut self, start: &[f64]) -> Result<(), Refused> {
-        let (values, begins) = (values(&self.parameters, start), self.begins(start));
+        let (values, begins) = (self.values(start), self.begins(start));
         let mut steps: f64 = 1.0;
         for (segment, begin) in self.segments.iter().zip(&begins) {
             steps = steps.max(self.run(segment, &values, begin, TOLERANCE)?.steps);
@@ -82,7 +91,7 @@ impl Runs<'_> {
 
     /// Readings of the sensors at all samples, for each segment signal by signal; nothing where a run failed.
     pub fn readings(&self, x: &[f64], tolerance: f64) -> Vec<Option<Vec<Vec<f64>>>> {
-        let (values, begins) = (values(&self.parameters, x), self.begins(x));
+        let (values, begins) = (self.values(x), self.begins(x));
         let of_segment = |(segment, begin): (&MeasuredSegment, &Values)| {
             let run = self.run(segment, &values, begin, tolerance).ok()?;
             let predicted = self.experiment.predict(segment, run.outputs, &values);

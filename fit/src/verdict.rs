@@ -1,7 +1,8 @@
 //! The worth of a fit: a traffic light, and findings in words.
 
 use crate::arrays::mean;
-use crate::fitting::{Answer, unit_of};
+use crate::fitting::Answer;
+use crate::record::unit_of;
 
 /// Share of a signal's standard deviation that no model of it leaves as residual.
 const MISSED: f64 = 0.5;
@@ -55,6 +56,8 @@ pub fn verdict(answer: &Answer) -> (Light, Vec<Finding>) {
     let mut findings = of_search(answer);
     findings.extend(of_residuals(answer));
     findings.extend(of_prediction(answer));
+    let cause = answer.cause.iter().map(|cause| Finding { light: Light::Yellow, text: cause.text.clone() });
+    findings.splice(0..0, cause);
     findings.sort_by_key(|finding| std::cmp::Reverse(finding.light));
     (findings.first().map_or(Light::Green, |finding| finding.light), findings)
 }
@@ -154,8 +157,10 @@ mod tests {
             rms: [("position", rms)].into(),
             validation_rms: [].into(),
             noise: [("position", 1e-3)].into(),
+            cause: None,
             notes: vec![],
             validation_from: None,
+            start: [].into(),
             courses: vec![Course { time: vec![], readings: vec![("position", measured, vec![])] }],
         }
     }

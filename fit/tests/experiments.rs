@@ -101,6 +101,44 @@ fn a_rig_with_a_wrong_supply_is_red() {
     assert_eq!(verdict(&answer).0, Light::Red, "{:?}", answer.rms);
 }
 
+/// A setting that is given wrong is named with the value that explains the data, before any sensor; so is a wrong gain.
+#[test]
+fn a_cause_of_the_residuals_is_named() {
+    let names = [&STRIBECK[..], &["valve.deadZone", "valve.C"]].concat();
+    let supply = ("supplyPressure", 6e5);
+    let cause = |signals: Signals, known: &[(&str, f64)]| {
+        let answer = answered(&Question { validation: 0.0, ..question("rig", "Stribeck", signals, &names, known) });
+        let (light, findings) = verdict(&answer);
+        assert_eq!(answer.cause.is_none(), light == Light::Green, "{findings:?}");
+        if let Some(cause) = &answer.cause {
+            assert!(findings.iter().any(|one| one.text == cause.text), "{findings:?}");
+        }
+        answer.cause
+    };
+    assert_eq!(cause(rig(), &[supply]), None);
+    let gauge = [("supplyPressure", 6e5 - 101_325.0)];
+    for (known, name, right) in [
+        (&gauge[..], "supplyPressure", 6e5),
+        (&[supply, ("cylinder.bore", 0.02)], "cylinder.bore", 0.016),
+        (&[supply, ("mass.moving", 1.76)], "mass.moving", 0.88),
+    ] {
+        let found = cause(rig(), known).expect("a cause");
+        let (value, [low, high]) = found.estimate.expect("a value");
+        assert_eq!(found.name, name, "{}", found.text);
+        assert!((value - right).abs() < high - low && high - low < 0.2 * right, "{}", found.text);
+    }
+    let isothermal = cause(rig(), &[supply, ("thermal.model", 2.0)]).expect("a cause");
+    assert!(isothermal.text.contains("thermal.model were EnergyBalance"), "{}", isothermal.text);
+    let mut weak = rig();
+    weak.get_mut("chamberA.pressure").expect("a pressure").iter_mut().for_each(|value| *value /= 0.98);
+    let fixed = [supply, ("valve.deadZone", 0.065), ("valve.C", 4.4e-9)];
+    let question = Question { validation: 0.0, ..question("rig", "Stribeck", weak, &STRIBECK, &fixed) };
+    let found = answered(&question).cause.expect("a cause");
+    let (value, [low, high]) = found.estimate.expect("a value");
+    assert_eq!(found.name, "gain.chamberA.pressure", "{}", found.text);
+    assert!((value - 0.98).abs() < high - low && high - low < 0.01, "{}", found.text);
+}
+
 /// A seal: friction grows with the load and the pressure, and the pressure pushes on an area.
 #[test]
 fn a_seal_under_pressure_is_found() {

@@ -14,10 +14,13 @@ pub use motion::Motion;
 pub use rig::Rig;
 
 use crate::arrays::interpolate;
-use crate::parameter::Values;
-use crate::record::{Record, Signals};
+use crate::parameter::{Parameter, Values};
+use crate::record::{Record, Signals, unit_of};
 use crate::refused::Refused;
 use crate::smoothing::low_pass;
+
+/// Parameters of the cylinder that make the load level of a bench.
+const OF_LOAD: [&str; 2] = ["friction.kappaA", "friction.direction.factor"];
 
 /// Options of the use of the data.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -183,6 +186,38 @@ pub fn of_name(
         }
         _ => Err(Refused(format!("experiment = {name} is refused: it must be motion or rig"))),
     }
+}
+
+/// A property of a sensor, of a bench or of the model, by its name, as an estimated parameter.
+///
+/// # Errors
+/// [`Refused`] for a name that has no part in the experiment.
+pub fn parameter(experiment: &dyn Experiment, name: &str) -> Result<Parameter, Refused> {
+    if let Some((kind, signal)) = name.split_once('.')
+        && let Some(found) = Parameter::of_sensor(kind, signal, unit_of(signal))
+    {
+        let (mut there, place) = match kind {
+            "lag" => (vec![], "compared"),
+            _ => (experiment.driving(), "compared or driving"),
+        };
+        there.splice(0..0, experiment.compared().iter().copied());
+        if !there.contains(&signal) {
+            return Err(Refused(format!("{name}: {signal} is not {place} here, only {}", there.join(", "))));
+        }
+        return Ok(found);
+    }
+    let bench = experiment.given().model;
+    if name == "area" && bench.name == "FrictionBench" {
+        return Ok(Parameter::area());
+    }
+    // The cylinder has them, too; the bench gets the load level that they make.
+    let is_of_load = OF_LOAD.contains(&name) && bench.table().find(name).is_none();
+    let table = if is_of_load { model("PneumaticServoCylinder").table() } else { bench.table() };
+    let Some(entry) = table.find(name) else {
+        return Err(Refused(format!("there is no parameter {name} of {}", bench.name)));
+    };
+    Parameter::of_variable(entry.variable)
+        .ok_or_else(|| Refused(format!("{name} is no real parameter, so that it cannot be estimated")))
 }
 
 /// A model of the library.
