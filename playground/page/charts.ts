@@ -10,6 +10,8 @@ export interface Line {
   /** Name of the custom property with its colour. */
   colour: string;
   dashed?: boolean;
+  /** Width in px. */
+  width?: number;
 }
 
 export interface Look {
@@ -31,6 +33,8 @@ export interface Curves {
   times: ArrayLike<number>;
   lines: ArrayLike<number>[];
   episodes?: Episodes;
+  /** Range of time that is shaded. */
+  shaded?: [number, number];
 }
 
 /** Contents of a chart of one quantity over another: a path for each line. */
@@ -93,7 +97,7 @@ function stroke(line: Line): uPlot.Series {
   return {
     label: line.label,
     stroke: css(line.colour),
-    width: 1.5,
+    width: line.width ?? 1.5,
     points: { show: false },
     ...(line.dashed ? { dash: [5, 4] } : {}),
   };
@@ -176,7 +180,7 @@ export abstract class Chart<D> {
   /** Shows data over a range of time, in front of the kept run. */
   abstract show(data: D, range: [number, number], kept?: D): void;
   /** Ranges of both axes, and the points of each line. */
-  abstract drawing(): { ranges: [[number, number], [number, number]]; lines: Paths };
+  abstract drawing(): { ranges: [[number, number], [number, number]]; lines: Paths; shaded?: [number, number] };
   protected abstract options(): Omit<uPlot.Options, "width" | "height">;
   protected abstract data(): uPlot.AlignedData;
 
@@ -222,13 +226,13 @@ export class TimeChart extends Chart<Curves> {
   drawing() {
     const lines = this.curves.lines.map((line) => [this.curves.times, line] as const);
     const [low, high] = extremes([null, null], this.curves.lines);
-    return { ranges: [this.range, airy(low, high, this.look.span ?? 1)] as [[number, number], [number, number]], lines };
+    return { ranges: [this.range, airy(low, high, this.look.span ?? 1)] as [[number, number], [number, number]], lines, shaded: this.curves.shaded };
   }
 
-  /** Shades where the carriage sticks or rests against a stop, under grid and lines, and draws the run that was kept. */
+  /** Shades a range of time, where the carriage sticks or rests against a stop, under grid and lines, and draws the run that was kept. */
   private readonly shade = (plot: uPlot): void => {
     const { bbox, valToPos } = plot;
-    const { episodes } = this.curves;
+    const { episodes, shaded } = this.curves;
     within(plot, (ctx) => {
       const fill = (intervals: [number, number][], colour: string) => {
         ctx.fillStyle = css(colour);
@@ -237,6 +241,7 @@ export class TimeChart extends Chart<Curves> {
           ctx.fillRect(from, bbox.top, Math.max(to - from, 0), bbox.height);
         }
       };
+      if (shaded) fill([shaded], "--mark");
       if (episodes) {
         fill(episodes.sticking, "--stick");
         fill(episodes.stops, "--stop");

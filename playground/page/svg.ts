@@ -20,7 +20,7 @@ export function drawing(charts: readonly Chart<never>[], colour: (property: stri
 
 function one(chart: Chart<never>, colour: (property: string) => string): string {
   const { look } = chart;
-  const { ranges, lines } = chart.drawing();
+  const { ranges, lines, shaded } = chart.drawing();
   const [right, bottom] = [WIDTH - RIGHT, HEIGHT - BOTTOM];
   const at = (value: number, [low, high]: [number, number], from: number, to: number) =>
     (from + ((value - low) / (high - low)) * (to - from)).toFixed(2);
@@ -39,19 +39,23 @@ function one(chart: Chart<never>, colour: (property: string) => string): string 
     ),
   ];
   const curves = lines.flatMap(([across, up], index) => {
-    const { colour: property, dashed } = look.lines[index];
-    const style = `stroke="${colour(property)}"${dashed ? ' stroke-dasharray="5 4"' : ""}`;
+    const { colour: property, dashed, width } = look.lines[index];
+    const wide = width === undefined ? "" : ` style="stroke-width: ${width}"`;
+    const style = `stroke="${colour(property)}"${dashed ? ' stroke-dasharray="5 4"' : ""}${wide}`;
     return pieces(across, up, ranges[0]).map((piece) => {
       const points = apart(piece.map((row) => [Number(x(across[row])), Number(y(up[row]))]));
       return `<polyline ${style} points="${points.join(" ")}"/>\n`;
     });
   });
+  const [from, to] = (shaded ?? []).map((time) => Number(x(Math.min(Math.max(time, ranges[0][0]), ranges[0][1]))));
+  const shade = shaded ? [`<rect x="${from}" y="${TOP}" width="${to - from}" height="${bottom - TOP}" fill="${colour("--mark")}"/>\n`] : [];
   const keys = look.lines.length > 1 ? look.lines : [];
   return [
     text(look.title, `x="${LEFT}" y="17" font-weight="bold"`),
     ...keys.map(({ label, colour: property }, index) =>
       text(label, `x="${right - 130 * (keys.length - 1 - index)}" y="17" text-anchor="end" style="fill: ${colour(property)}"`),
     ),
+    ...shade,
     ...grid,
     ...curves,
     `<path d="M${LEFT} ${TOP}V${bottom}H${right}" fill="none" stroke="#5b6875"/>\n`,

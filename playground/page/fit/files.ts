@@ -3,9 +3,7 @@
 import type { Files } from "../context";
 import { dictionary } from "../python";
 import { lawName } from "../tables";
-import type { FitContext, Study } from "./study";
-
-type Found = NonNullable<Study["found"]>;
+import type { FitContext, Found } from "./study";
 
 export function filesOf(context: FitContext, found: Found): Omit<Files, "charts"> {
   const { library, study } = context;
@@ -20,7 +18,8 @@ export function filesOf(context: FitContext, found: Found): Omit<Files, "charts"
     get ssv() {
       const names = new Set(library.tables.models.find(({ name }) => name === study.modelName)?.variables.map(({ name }) => name));
       const fitted = answer.estimates.map(({ name, value }) => [name, value] as const).filter(([name]) => names.has(name));
-      const values = new Map([["friction.law", question.law], ...question.known, ...fitted] as [string, number][]);
+      const start = [...answer.start].filter(([name]) => names.has(name));
+      const values = new Map([...start, ["friction.law", question.law], ...question.known, ...fitted] as [string, number][]);
       const about = `Fitted parameters of ${study.modelName}`;
       return library.ssv(`${base}-fitted`, about, [{ model: study.modelName, prefix: "", values }], new Date());
     },

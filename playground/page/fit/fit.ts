@@ -61,6 +61,10 @@ export interface Answer {
   light: Light;
   head: string;
   findings: string[];
+  /** The fixed parameter or the sensor that would explain most of the residual, in a sentence; null if none explains much. */
+  cause: string | null;
+  /** Start values of the first segment as they were fitted. */
+  start: Map<string, number>;
   courses: Course[];
 }
 
@@ -79,12 +83,13 @@ export interface Progress {
 type Written = number | "Infinity" | "-Infinity" | "NaN";
 
 /** The answer as the module writes it; the curves of its segments stand behind one another. */
-interface WrittenAnswer extends Omit<Answer, "estimates" | "rms" | "holdOutRms" | "courses"> {
+interface WrittenAnswer extends Omit<Answer, "estimates" | "rms" | "holdOutRms" | "courses" | "start"> {
   estimates: (Omit<Estimate, "value" | "low" | "high"> & Record<"value" | "low" | "high", Written>)[];
   rms: Record<Signal, Written>;
   holdOutRms: Record<Signal, Written>;
   signals: Signal[];
   lengths: number[];
+  start: Record<string, number>;
 }
 
 /** Fits; throws a refusal for data and choices that cannot be used. */
@@ -106,5 +111,6 @@ export function fit(library: Library, question: Question, tell: (progress: Progr
     return course;
   });
   const estimates = answer.estimates.map((one) => ({ ...one, value: Number(one.value), low: Number(one.low), high: Number(one.high) }));
-  return { ...answer, estimates, rms: bySignal(answer.rms), holdOutRms: bySignal(answer.holdOutRms), courses };
+  const start = new Map(Object.entries(answer.start));
+  return { ...answer, start, estimates, rms: bySignal(answer.rms), holdOutRms: bySignal(answer.holdOutRms), courses };
 }

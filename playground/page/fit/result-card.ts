@@ -6,7 +6,7 @@ import { Refusal } from "../library";
 import { short } from "../tables";
 import type { Answer, Course, Estimate } from "./fit";
 import { SIGNALS, type Signal } from "./signals";
-import type { FitContext } from "./study";
+import type { FitContext, Found } from "./study";
 
 /** How many points of a line are drawn at most. */
 const DRAWN = 4000;
@@ -16,37 +16,61 @@ const SHOWN: Record<string, [string, number]> = { m: ["mm", 1e3], "m/s": ["mm/s"
 const shownIn = (signal: Signal): [string, number] => SHOWN[SIGNALS[signal]] ?? [SIGNALS[signal], 1];
 
 /** The tables of a fit, and the button that gives its values to the other pages. */
-export function resultTables(context: FitContext, answer: Answer): HTMLElement {
-  const head = (...texts: string[]) => element("thead", {}, element("tr", {}, ...texts.map((text) => element("th", { scope: "col" }, text))));
-  const estimates = element(
-    "table",
-    { class: "estimates" },
-    head("Parameter", "Value", "95 % interval", "Unit"),
-    element("tbody", {}, ...answer.estimates.map(estimateRow)),
-  );
-  const left = element(
-    "table",
-    { class: "left" },
-    head("Signal", "RMS residual", "RMS residual, validation", "Unit"),
-    element("tbody", {}, ...[...answer.rms].map(([signal, rms]) => leftRow(signal, rms, answer.holdOutRms.get(signal)))),
-  );
-  const { light, head: state } = answer;
-  const [first, ...others] = answer.findings;
+export function resultTables(context: FitContext, { answer }: Found, print: () => void): HTMLElement {
+  const estimates = estimateTable(answer);
+  const left = residualTable(answer);
+  const others = answer.findings.slice(1).filter((text) => text !== answer.cause);
   const notes = [
-    ...others.map((text) => `${text}.`),
+    ...others.map(ended),
     ...answer.notes.map((note) => `${note[0].toUpperCase()}${note.slice(1)}.`),
-    ...(answer.heldFrom === null ? [] : [`From t = ${short(answer.heldFrom)} s on the curves are a prediction.`]),
+    ...(answer.heldFrom === null ? [] : [`From t = ${short(answer.heldFrom)} s on, shaded, the curves are a prediction of validation data.`]),
   ];
   return element(
     "section",
-    { class: "card results", "data-result": answer.converged ? "converged" : "open", "data-light": light },
-    element("p", {}, element("span", { class: `light ${light}`, role: "img", "aria-label": light }), element("strong", {}, first ? `${state}: ${first}.` : `${state}.`)),
+    { class: "card results", "data-result": answer.converged ? "converged" : "open", "data-light": answer.light },
+    ...verdictLines(answer),
     element("div", { class: "wide" }, estimates),
     element("div", { class: "wide" }, left),
     element("ul", { class: "notes" }, ...notes.map((note) => element("li", {}, note))),
-    element("div", { class: "buttons" }, element("button", { type: "button", onclick: () => takeOver(context, answer) }, "Use in the other pages")),
+    element(
+      "div",
+      { class: "buttons" },
+      element("button", { type: "button", onclick: () => takeOver(context, answer) }, "Use in the other pages"),
+      element("button", { type: "button", title: "One page with values, verdict and curves", onclick: print }, "Print a report"),
+    ),
   );
 }
+
+/** The light with the worst finding, and below it the cause that would explain most of the residual. */
+export function verdictLines({ light, head, findings, cause }: Answer): HTMLElement[] {
+  const first = findings[0] && findings[0] !== cause ? `${head}: ${findings[0]}.` : `${head}.`;
+  const lamp = element("span", { class: `light ${light}`, role: "img", "aria-label": light });
+  const sentence = element("p", {}, lamp, element("strong", {}, first));
+  return [sentence, ...(cause === null ? [] : [element("p", { "data-cause": "" }, ended(cause))])];
+}
+
+/** A sentence with its full stop. */
+const ended = (text: string): string => (/[.?]$/.test(text) ? text : `${text}.`);
+
+const head = (...texts: string[]) => element("thead", {}, element("tr", {}, ...texts.map((text) => element("th", { scope: "col" }, text))));
+
+/** The estimated values with their intervals. */
+export const estimateTable = ({ estimates }: Answer): HTMLElement =>
+  element(
+    "table",
+    { class: "estimates" },
+    head("Parameter", "Value", "95 % interval", "Unit"),
+    element("tbody", {}, ...estimates.map(estimateRow)),
+  );
+
+/** The RMS residuals of the fitted and of the validation data. */
+export const residualTable = ({ rms, holdOutRms }: Answer): HTMLElement =>
+  element(
+    "table",
+    { class: "left" },
+    head("Signal", "RMS residual", "RMS residual, validation", "Unit"),
+    element("tbody", {}, ...[...rms].map(([signal, own]) => leftRow(signal, own, holdOutRms.get(signal)))),
+  );
 
 function estimateRow({ name, value, low, high, unit, undetermined }: Estimate): HTMLElement {
   const attributes = { "data-name": name, "data-value": String(value), "data-low": String(low), "data-high": String(high) };
@@ -83,8 +107,8 @@ function takeOver(context: FitContext, answer: Answer): void {
   }
 }
 
-/** For each compared signal a chart of measured and simulated values, and one of their difference. */
-export function curves({ courses }: Answer): TimeChart[] {
+/** For each compared signal a chart of measured over simulated values, and one of their difference; validation data are shaded. */
+export function curves({ courses, heldFrom }: Answer): TimeChart[] {
   const signals = [...(courses[0]?.measured.keys() ?? [])];
   const times = drawn(courses, ({ time }) => time, 1, ({ time }) => time[time.length - 1]);
   return signals.flatMap((signal) => {
@@ -92,18 +116,21 @@ export function curves({ courses }: Answer): TimeChart[] {
     const line = (of: (course: Course) => ArrayLike<number>) => drawn(courses, of, factor, () => NaN);
     const measured = line((course) => course.measured.get(signal) ?? []);
     const simulated = line((course) => course.simulated.get(signal) ?? []);
-    const both = chart(signal, unit, ["measured", "simulated"], times, [measured, simulated]);
+    const both = chart(signal, unit, ["simulated", "measured"], times, [simulated, measured], heldFrom);
     const difference = measured.map((value, index) => value - simulated[index]);
-    return [both, chart(`${signal}: measured less simulated`, unit, ["difference"], times, [difference])];
+    return [both, chart(`${signal}: residual`, unit, ["residual"], times, [difference], heldFrom)];
   });
 }
 
-const COLOURS: Record<string, string> = { measured: "--line-2", simulated: "--line-1", difference: "--line-3" };
+const COLOURS: Record<string, string> = { measured: "--line-2", simulated: "--line-1", residual: "--line-3" };
+/** The simulated curve is the wider one, so that it shows beside the measured one over it. */
+const WIDTHS: Record<string, number> = { simulated: 4, measured: 1 };
 
-function chart(title: string, up: string, labels: string[], times: number[], lines: number[][]): TimeChart {
-  const look = labels.map((label) => ({ label, colour: COLOURS[label], dashed: label === "simulated" }));
+function chart(title: string, up: string, labels: string[], times: number[], lines: number[][], heldFrom: number | null): TimeChart {
+  const look = labels.map((label) => ({ label, colour: COLOURS[label], width: WIDTHS[label] }));
   const made = new TimeChart({ title, up, lines: look, span: 1e-3 });
-  made.show({ times, lines }, [times[0], times[times.length - 1]]);
+  const last = times[times.length - 1];
+  made.show({ times, lines, ...(heldFrom === null ? {} : { shaded: [heldFrom, last] }) }, [times[0], last]);
   return made;
 }
 

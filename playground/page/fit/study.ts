@@ -12,6 +12,14 @@ import type { Table } from "./table";
 import { everyUnit } from "./units";
 import { usual } from "./usual";
 
+/** An answer with its question, its table and the columns of the signals. */
+export interface Found {
+  answer: Answer;
+  question: Question;
+  columns: Columns;
+  table: Table;
+}
+
 /** What can be chosen about how the data are used. */
 export interface Choices {
   holdOut: number;
@@ -48,7 +56,7 @@ export class Study {
   work: Work = { kind: "none" };
   problem: string | null = null;
   /** The last fit, with what was asked. */
-  found: { answer: Answer; question: Question; columns: Columns; table: Table } | null = null;
+  found: Found | null = null;
   /** What shows all this. */
   shown: () => void = () => {};
   /** View of the progress. */

@@ -8,6 +8,7 @@ import { filesOf } from "../fit/files";
 import { choices, freeList } from "../fit/free-card";
 import { curves, resultTables } from "../fit/result-card";
 import { machine } from "../fit/machine-card";
+import { printReport } from "../fit/print";
 import type { FitContext, Study } from "../fit/study";
 import { lawChoice } from "../law-choice";
 import { BENCH, CYLINDER } from "../settings";
@@ -55,7 +56,7 @@ export class Fit implements Page {
     this.root.replaceChildren(
       element("section", { class: "card scene" }, dropZone(context), experimentChoice(context), columnTable(context) ?? ""),
       element("section", { class: "card scene" }, law, machine(context) ?? "", freeList(context), choices(context), this.transport()),
-      ...(found ? [resultTables(context, found.answer), element("section", { class: "charts" }, ...this.charts.map(({ root }) => root))] : []),
+      ...(found ? [resultTables(context, found, () => printReport(context, found)), element("section", { class: "charts" }, ...this.charts.map(({ root }) => root))] : []),
     );
     this.tell();
     if (focused && !document.activeElement?.getAttribute("aria-label")) {
