@@ -80,7 +80,7 @@ def left_out(folder: Path, ring: str) -> ps.CrossValidation:
 def friction(files: Sequence[Path], free: str, predicted: Sequence[Path] = (), by: str = "") -> ps.Fit:
     """Coulomb friction of records, without a viscous part, which such speeds do not show."""
     return ps.fit(list(files), experiment="motion", law="Coulomb", fit=free, columns=SEAL_COLUMNS, starts=0,
-                  settings={"friction.coulomb.sigma2": 0.0}, hold_out_data=list(predicted),
+                  settings={"friction.coulomb.sigma2": 0.0}, validation_data=list(predicted),
                   cross_validate=by)  # fmt: skip
 
 
@@ -128,9 +128,9 @@ def ranking(data: dict[str, Array], laws: Sequence[str]) -> list[ps.Fit]:
     for law in tqdm(laws, disable=None):
         one = ps.compare_fits(data, [law], experiment="motion", fit="offset.frictionForce",
                               settings_of={law: OF_LAW[law]} if law in OF_LAW else None,
-                              hold_out=0.5, rated=5.0, starts=0)  # fmt: skip
+                              validation=0.5, rated=5.0, starts=0)  # fmt: skip
         fits.append(one.best)
-    return sorted(fits, key=lambda found: found.hold_out_rms["frictionForce"])
+    return sorted(fits, key=lambda found: found.validation_rms["frictionForce"])
 
 
 def draw_tribometer(fits: Sequence[ps.Fit], laws: Sequence[str]) -> Figure:
@@ -146,7 +146,7 @@ def draw_tribometer(fits: Sequence[ps.Fit], laws: Sequence[str]) -> Figure:
             place = 1e3 * (window.record.signals["position"] - window.record.signals["position"].mean())
             axis.plot(place[end], force[end], color=GREY, lw=2.5)
             axis.plot(place[end], (force - difference["frictionForce"])[end], color=BLUE, lw=1.0)
-            axis.set(title=f"{found.law}: {found.hold_out_rms['frictionForce']:.3f} N", xlabel="position (mm)")
+            axis.set(title=f"{found.law}: {found.validation_rms['frictionForce']:.3f} N", xlabel="position (mm)")
         axes[0].set_ylabel("friction (N)")
         axes[0].plot([], [], color=GREY, lw=2.5, label="measured")
         axes[0].plot([], [], color=BLUE, lw=1.0, label="predicted")
@@ -199,7 +199,7 @@ def write_tribometer(fits: Sequence[ps.Fit], output: Path) -> None:
     """Write table and figure of the tribometer."""
     rows = [
         (found.law, len(found.parameters), f"{found.rms['frictionForce']:.3f}",
-         f"{found.hold_out_rms['frictionForce']:.3f}", "yes" if found.converged else "no")
+         f"{found.validation_rms['frictionForce']:.3f}", "yes" if found.converged else "no")
         for found in fits
     ]  # fmt: skip
     for row in rows:

@@ -40,12 +40,12 @@ def test_stribeck_curve_is_found_within_its_intervals(tmp_path: Path) -> None:
     free = "friction.stribeck.Fs,friction.stribeck.Fc,friction.stribeck.vs,friction.stribeck.sigma2"
     code = main([
         "fit", str(file), "--experiment", "motion", "--law", "Stribeck", "--fit", free, "--columns", COLUMNS,
-        "--play", "0", "--hold-out", "0.3", "--starts", "16", "--out", str(tmp_path / "a.ssv"),
+        "--play", "0", "--validation", "0.3", "--starts", "16", "--out", str(tmp_path / "a.ssv"),
         "--json", str(tmp_path / "a.json"), "--report", str(tmp_path / "a.html"),
     ])  # fmt: skip
     assert code == 0
     found = json.loads((tmp_path / "a.json").read_text(encoding="utf-8"))
-    assert found["converged"] is True and found["law"] == "Stribeck" and found["undetermined"] == []
+    assert found["converged"] is True and found["law"] == "Stribeck" and found["not_identifiable"] == []
     truth = {"Fs": 11.0, "Fc": 7.0, "vs": 0.012, "sigma2": 25.0}
     for name, value in truth.items():
         estimate = found["parameters"][f"friction.stribeck.{name}"]
@@ -53,7 +53,7 @@ def test_stribeck_curve_is_found_within_its_intervals(tmp_path: Path) -> None:
         half = 0.75 * (estimate["high"] - estimate["low"])
         assert abs(estimate["value"] - value) < half < 0.2 * value, name
     assert_close(found["rms"]["frictionForce"], 0.05, rel=0.02, what="rms")
-    assert_close(found["hold_out_rms"]["frictionForce"], 0.05, rel=0.15, what="rms of what is held out")
+    assert_close(found["validation_rms"]["frictionForce"], 0.05, rel=0.15, what="rms of what is held out")
     values = ElementTree.parse(tmp_path / "a.ssv").getroot()
     names = {element.get("name") for element in values.iter() if element.tag.endswith("}Parameter")}
     assert names == {"friction.law", *(f"friction.stribeck.{name}" for name in truth)}
@@ -61,10 +61,10 @@ def test_stribeck_curve_is_found_within_its_intervals(tmp_path: Path) -> None:
 
 
 def test_wrong_law_is_known_by_what_it_predicts() -> None:
-    ranking = ps.compare_fits(bench(), ["Coulomb", "Stribeck"], experiment="motion", hold_out=0.3, play=0.0, starts=8)
+    ranking = ps.compare_fits(bench(), ["Coulomb", "Stribeck"], experiment="motion", validation=0.3, play=0.0, starts=8)
     assert ranking.best.law == "Stribeck"
-    wrong = ranking["Coulomb"].hold_out_rms["frictionForce"]
-    assert wrong > 5.0 * ranking.best.hold_out_rms["frictionForce"]
+    wrong = ranking["Coulomb"].validation_rms["frictionForce"]
+    assert wrong > 5.0 * ranking.best.validation_rms["frictionForce"]
 
 
 def test_offset_and_delay_of_the_force_are_found() -> None:
@@ -80,7 +80,7 @@ def test_offset_and_delay_of_the_force_are_found() -> None:
 def test_parameters_that_the_data_do_not_determine_are_named() -> None:
     free = ["friction.lugre.Fs", "friction.lugre.Fc", "friction.lugre.sigma2", "friction.lugre.vd"]
     found = ps.fit(bench(), experiment="motion", law="LuGre", fit=free, play=0.0, starts=0)
-    assert "friction.lugre.vd" in found.undetermined
+    assert "friction.lugre.vd" in found.not_identifiable
 
 
 HEADER = "t,x,f"
@@ -108,12 +108,12 @@ ROWS = [f"{0.01 * k:.2f},{k * k % 97},1.0" for k in range(100)]
         ([HEADER, *ROWS], {"--law": "Magic"}, ["Magic", "Coulomb"]),
         ([HEADER, *ROWS], {"--law": "Coulomb,Stribeck,Coulomb"}, ["Coulomb is given twice"]),
         ([HEADER, *ROWS], {"--law": "Coulomb,"}, ["--laws Coulomb,", "empty"]),
-        ([HEADER, *ROWS], {"--hold-out": "1.5"}, ["1.5"]),
+        ([HEADER, *ROWS], {"--validation": "1.5"}, ["1.5"]),
         ([HEADER, *ROWS], {"--inputs": "curves"}, ["--inputs curves", "held or lines"]),
         ([HEADER, *ROWS], {"--starts": "-3"}, ["--starts -3"]),
         ([HEADER, *ROWS], {"--seed": "-3"}, ["--seed -3"]),
-        ([HEADER, *ROWS], {"--window": "0"}, ["--window 0.0"]),
-        ([HEADER, *ROWS], {"--window": "0.02"}, ["--window 0.02 s", "10 samples", "0.01 s apart"]),
+        ([HEADER, *ROWS], {"--segment": "0"}, ["--segment 0.0"]),
+        ([HEADER, *ROWS], {"--segment": "0.02"}, ["--segment 0.02 s", "10 samples", "0.01 s apart"]),
         ([HEADER, *ROWS], {"--play": "-1"}, ["--play -1.0"]),
         ([HEADER, *ROWS], {"--fit": "friction.coulomb.Fc=-2"}, ["the start -2 is not within 0 to"]),
     ],
@@ -205,7 +205,7 @@ def test_whole_rig_gives_its_friction_and_its_valve() -> None:
     )  # fmt: skip
     truth = {f"friction.stribeck.{name}": value for name, value in TRUE_FRICTION.items()}
     truth |= {"valve.deadZone": 0.065, "valve.C": 4.4e-9}
-    assert found.converged and not found.undetermined
+    assert found.converged and not found.not_identifiable
     for name, value in truth.items():
         estimate = found.parameters[name]
         # Twice the interval of 95 % holds all six but for one time in 2,000.

@@ -77,4 +77,4 @@ def test_exact_force_gives_the_bristle_at_the_defaults(
     assert found.converged and found.rms["position"] < 1.1e-7
     # Damping that does not decay has no velocity at which it would.
     assert found.verdict.light == ("green" if len(told) == len(law) else "yellow")
-    assert set(found.undetermined) == {f"friction.lugre.{name}" for name in law.keys() - told.keys()}
+    assert set(found.not_identifiable) == {f"friction.lugre.{name}" for name in law.keys() - told.keys()}

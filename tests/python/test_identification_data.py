@@ -28,7 +28,7 @@ def test_friction_of_a_seal_at_7_bar_is_within_what_lower_pressures_predict(ring
     from measured_data import seal
 
     found = seal(DATA / "seals", ring)
-    assert found.fit.converged and not found.fit.undetermined.keys() - {"friction.coulomb.Fc"}
+    assert found.fit.converged and not found.fit.not_identifiable.keys() - {"friction.coulomb.Fc"}
     _, low, high = found.predicted
     assert low < found.measured[7].value < high
     # The bore of 25 mm has 490.9 mm2; the printed one was found up to 2 % wider.
@@ -70,6 +70,6 @@ def test_tribometer_tells_laws_whose_presliding_fits_from_others() -> None:
     fits = ranking(data, ["MaxwellSlip", "GMS", "Leuven", "DNLRX", "LuGre", "BlimanSorine"])
     # What ten elastic elements by non-negative least squares leave of the second half.
     reference = 0.159
-    good = {found.law for found in fits if found.hold_out_rms["frictionForce"] < reference}
+    good = {found.law for found in fits if found.validation_rms["frictionForce"] < reference}
     assert good == {"MaxwellSlip", "GMS", "Leuven", "DNLRX"}
     assert fits[0].law in good and fits[0].converged

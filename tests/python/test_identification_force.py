@@ -96,11 +96,11 @@ def test_search_starts_near_what_a_regression_gives() -> None:
 
 
 def test_axis_gives_mass_friction_and_the_offset_of_its_force() -> None:
-    found = fit(chosen("position", "force", force=axis()["force"] - 3.2), fit=[*FREE, "offset.force"], hold_out=0.25)
+    found = fit(chosen("position", "force", force=axis()["force"] - 3.2), fit=[*FREE, "offset.force"], validation=0.25)
     holds(found, {**TRUE, "offset.force": -3.2}, within=0.06)
-    assert found.converged and not found.undetermined
+    assert found.converged and not found.not_identifiable
     # In windows of 0.15 s the path is met to the noise, also where it was not fitted.
-    assert found.rms["position"] < 1e-5 and found.hold_out_rms["position"] < 1e-3
+    assert found.rms["position"] < 1e-5 and found.validation_rms["position"] < 1e-3
 
 
 def test_velocity_alone_or_beside_does_as_well() -> None:
@@ -123,7 +123,7 @@ def test_current_is_a_force_with_a_gain() -> None:
     assert same.values == pytest.approx(fit(chosen("position", "force"), fit=FREE).values, rel=1e-4)
     # Twice the gain is twice the mass and twice the friction.
     both = fit(current, fit=[*FREE, "gain.force=40"])
-    assert "gain.force" in both.undetermined and "mass" in both.undetermined
+    assert "gain.force" in both.not_identifiable and "mass" in both.not_identifiable
 
 
 def test_weight_on_a_slope_counts() -> None:
@@ -143,7 +143,7 @@ def test_spring_is_found_beside_the_mass() -> None:
     known = fit(data, fit=FREE, settings={"spring": 500.0, "springRest": 0.02})
     holds(known, TRUE, within=0.1)
     assert fit(data, fit=FREE).rms["position"] > 2.0 * known.rms["position"]
-    assert not fit(data, fit=[*FREE, "spring", "offset.force"]).undetermined
+    assert not fit(data, fit=[*FREE, "spring", "offset.force"]).not_identifiable
     with pytest.raises(ValueError, match="settings='spring': a spring needs a column for position"):
         fit(chosen("velocity", "force"), settings={"spring": 500.0})
     with pytest.raises(ValueError, match="spring"):

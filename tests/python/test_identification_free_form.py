@@ -13,7 +13,7 @@ from test_identification_verdict import fit
 
 
 def test_right_law_has_nothing_to_gain() -> None:
-    found = fit(bench(), hold_out=0.0)
+    found = fit(bench(), validation=0.0)
     assert found.free_form is not None and set(found.free_form.curves) == {"velocity", "velocity and position"}
     assert found.free_form.law == pytest.approx(0.05, rel=0.1)
     assert found.free_form.gain("velocity") < 0.03 and found.free_form.gain("velocity and position") < 0.03
@@ -22,7 +22,7 @@ def test_right_law_has_nothing_to_gain() -> None:
 
 def test_wrong_law_has_what_the_right_one_gains(tmp_path: Path) -> None:
     """Coulomb friction has no peak at low speed; a curve over velocity comes to about what the right law leaves."""
-    right, wrong = (fit(bench(), law, hold_out=0.0) for law in ("Stribeck", "Coulomb"))
+    right, wrong = (fit(bench(), law, validation=0.0) for law in ("Stribeck", "Coulomb"))
     assert wrong.free_form is not None and right.free_form is not None
     assert wrong.free_form.curves["velocity"] < 3.0 * right.free_form.law < 0.3 * wrong.free_form.law
     assert wrong.free_form.gain("velocity") > 0.7
@@ -39,11 +39,11 @@ def test_load_and_place_are_told_apart() -> None:
     noise = 0.05 * np.random.default_rng(3).standard_normal(1000)
     given = {"rated": 1.0, "fit": "friction.coulomb.Fc", "settings": {"friction.coulomb.sigma2": 0.0}}
     of_load = {**data, "normalForce": load, "frictionForce": 7.0 * np.sqrt(load) * way + noise}
-    found = fit(of_load, "Coulomb", hold_out=0.0, **given).free_form
+    found = fit(of_load, "Coulomb", validation=0.0, **given).free_form
     assert found is not None and found.family == "velocity and load"
     assert found.gain("velocity") < 0.3 < 0.6 < found.gain("velocity and load")
     of_place = {**data, "frictionForce": (7.0 + 50.0 * data["position"]) * way + noise}
-    found = fit(of_place, "Coulomb", hold_out=0.0, **given).free_form
+    found = fit(of_place, "Coulomb", validation=0.0, **given).free_form
     assert found is not None
     assert found.gain("velocity") < 0.3 < 0.6 < found.gain("velocity and position")
 

@@ -187,7 +187,7 @@ def test_bootstrap_has_the_quantiles_of_refits_to_drawn_blocks() -> None:
 def test_beginnings_of_windows_widen_the_intervals_as_they_do_in_the_whole_problem() -> None:
     """The covariance of the parameters is their part of that of parameters and beginnings together."""
     found = ps.fit(RIG, experiment="pneumatic", law="None", fit=["valve.deadZone", "valve.C"], columns=RIG_COLUMNS,
-                   settings={"supplyPressure": 6e5}, starts=0, window=0.6)  # fmt: skip
+                   settings={"supplyPressure": 6e5}, starts=0, segment=0.6)  # fmt: skip
     problem = found.problem
     begins = sum(problem.loose)
     assert begins == 2 * len(problem.windows) > 2

@@ -39,7 +39,7 @@ def test_windows_start_anew_from_what_was_measured() -> None:
     known: dict[str, ps.Value] = {"supplyPressure": 6e5, "valve.deadZone": 0.065, "friction.stribeck.Fs": 12.4,
                                   "friction.stribeck.vs": 0.018}  # fmt: skip
     found = ps.fit(RIG, experiment="rig", law="Stribeck", fit=free, columns=RIG_COLUMNS, settings=known, starts=0,
-                   window=0.6)  # fmt: skip
+                   segment=0.6)  # fmt: skip
     assert len(found.problem.windows) == 5
     truth = {"valve.C": 4.4e-9} | {name: TRUE_FRICTION[name.rpartition(".")[2]] for name in free[:2]}
     for name, value in truth.items():

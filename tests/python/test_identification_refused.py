@@ -50,12 +50,12 @@ def test_slope_is_found_on_the_side_that_the_law_allows() -> None:
 
 
 def test_number_that_is_none_is_null_and_its_law_the_last(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    found = ps.fit(bench(), experiment="motion", law="Coulomb", play=0.0, starts=0, hold_out=0.3)
+    found = ps.fit(bench(), experiment="motion", law="Coulomb", play=0.0, starts=0, validation=0.3)
     nothing = {signal: float("nan") for signal in found.rms}
-    broken = replace(found, converged=False, rms=nothing, hold_out_rms=nothing, aic=float("nan"))
+    broken = replace(found, converged=False, rms=nothing, validation_rms=nothing, aic=float("nan"))
     broken.to_json(tmp_path / "a.json")
     written = json.loads((tmp_path / "a.json").read_text(encoding="utf-8"))
-    assert written["rms"] == written["hold_out_rms"] == {"frictionForce": None}
+    assert written["rms"] == written["validation_rms"] == {"frictionForce": None}
     fits = {"Coulomb": found, "Stribeck": broken}
     monkeypatch.setattr("pneumatic_servo.identification.laws.fit", lambda data, law, **_: fits[law])
     ranking = ps.compare_fits({}, ["Stribeck", "Coulomb"], experiment="motion")
@@ -86,7 +86,7 @@ def test_wrong_argument_is_named(arguments: dict[str, object], error: type[Excep
 def test_single_table_to_predict_needs_no_list() -> None:
     columns = "time=t,position=x,frictionForce=f"
     with pytest.raises(FileNotFoundError, match=r"missing\.csv"):
-        ps.fit(bench(), experiment="motion", law="Coulomb", columns=columns, hold_out_data="missing.csv")
+        ps.fit(bench(), experiment="motion", law="Coulomb", columns=columns, validation_data="missing.csv")
 
 
 def test_law_that_was_not_fitted_is_named() -> None:
@@ -95,11 +95,11 @@ def test_law_that_was_not_fitted_is_named() -> None:
         ranking["Dahl"]
 
 
-@pytest.mark.parametrize("hold_out", [0.0, 0.2])
-def test_ranking_has_a_line_for_each_law(hold_out: float, tmp_path: Path) -> None:
+@pytest.mark.parametrize("validation", [0.0, 0.2])
+def test_ranking_has_a_line_for_each_law(validation: float, tmp_path: Path) -> None:
     """The same numbers as text, as a table of a page, and as a file."""
     ranking = ps.compare_fits(bench(), ["Coulomb", "Stribeck"], experiment="motion", play=0.0, starts=0,
-                              hold_out=hold_out, progress=False)  # fmt: skip
+                              validation=validation, progress=False)  # fmt: skip
     head, *lines = str(ranking).splitlines()
     assert head.split() == ["law", "free", "rms", "frictionForce", "hold-out", "AIC"]
     assert {len(line) for line in lines} == {len(head)}
@@ -109,7 +109,7 @@ def test_ranking_has_a_line_for_each_law(hold_out: float, tmp_path: Path) -> Non
     written = (tmp_path / "a.csv").read_text(encoding="utf-8").splitlines()
     assert written[0] == "law,converged,free,rms,hold-out rms,AIC"
     for found, line, row, csv in zip(ranking.fits, lines, cells, written[1:], strict=True):
-        rms, held = found.rms["frictionForce"], found.hold_out_rms.get("frictionForce")
+        rms, held = found.rms["frictionForce"], found.validation_rms.get("frictionForce")
         free, aic = str(len(found.parameters)), f"{found.aic:.1f}"
         assert line.split() == [found.law, free, f"{rms:.6g}", "nan" if held is None else f"{held:.6g}", aic]
         shown, file = re.findall(r"<td>(.*?)</td>", row), csv.split(",")

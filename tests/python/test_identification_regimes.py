@@ -81,14 +81,14 @@ def test_data_held_out_beyond_the_fitted_are_told() -> None:
     fast["position"] = 3.0 * fast["position"]
     speed = np.append(0.0, np.diff(fast["position"]) / 0.01)
     fast["frictionForce"] = np.sign(speed) * (7.0 + 4.0 * np.exp(-((speed / 0.012) ** 2))) + 25.0 * speed
-    found = fit(slow, hold_out=0.0, hold_out_data=[fast])
+    found = fit(slow, validation=0.0, validation_data=[fast])
     assert any("extrapolation: velocity reaches" in one.text for one in found.verdict.findings)
-    inside = fit(slow, hold_out=0.0, hold_out_data=[bench(1)])
+    inside = fit(slow, validation=0.0, validation_data=[bench(1)])
     assert not any("extrapolation" in one.text for one in inside.verdict.findings)
 
 
 def test_what_is_asked_beyond_the_range_is_said() -> None:
-    found = fit(bench(), hold_out=0.0)
+    found = fit(bench(), validation=0.0)
     low, high = found.ranges.limits["velocity"]
     assert low == -high and 0.04 < high < 0.07
     assert found.beyond({"velocity": 0.9 * high}) == () == found.beyond({"velocity": np.linspace(-high, high, 50)})
@@ -114,7 +114,7 @@ def test_windows_of_a_signal_follow_each_other_in_time() -> None:
     """Four windows of a record of 10 s that begins at 100 s, each with a time of its own."""
     data = bench()
     data["time"] = data["time"] + 100.0
-    found = fit(data, hold_out=0.0, window=2.5)
+    found = fit(data, validation=0.0, segment=2.5)
     courses = list(Residuals(found).courses("frictionForce"))
     assert len(courses) == 4
     time = np.concatenate([course.time for course in courses])
@@ -123,7 +123,7 @@ def test_windows_of_a_signal_follow_each_other_in_time() -> None:
 
 def test_figure_of_a_fit_shows_measured_fitted_and_the_rest() -> None:
     data = bench()
-    residuals = Residuals(fit(data, hold_out=0.0))
+    residuals = Residuals(fit(data, validation=0.0))
     figure = overlay(residuals)
     upper, lower = figure.axes
     assert (upper.get_ylabel(), lower.get_ylabel()) == ("frictionForce (N)", "rest (N)")
@@ -142,7 +142,7 @@ def test_figure_of_a_fit_shows_measured_fitted_and_the_rest() -> None:
 
 
 def test_rest_is_drawn_against_velocity_position_and_lag() -> None:
-    residuals = Residuals(fit(bench(), hold_out=0.0))
+    residuals = Residuals(fit(bench(), validation=0.0))
     of_velocity, of_position, of_lag = against(residuals).axes
     labels = [axis.get_xlabel() for axis in (of_velocity, of_position, of_lag)]
     assert labels == ["velocity (mm/s)", "position (mm)", "lag (samples)"]
@@ -165,7 +165,7 @@ def test_rest_is_drawn_against_velocity_position_and_lag() -> None:
 def test_map_of_the_friction_shows_what_was_measured() -> None:
     """Against velocity, at a load level of 1: each point is a sample, and the law goes through their middle."""
     data = bench()
-    figure = friction_map(fit(data, hold_out=0.0))
+    figure = friction_map(fit(data, validation=0.0))
     assert figure is not None
     points, curve = (np.asarray(line.get_xydata()) for line in figure.axes[0].get_lines())
     assert len(points) > 900 and set(points[:, 1]) <= set(data["frictionForce"])
@@ -180,7 +180,7 @@ def test_worst_misfit_is_found_and_drawn(tmp_path: Path) -> None:
     data = bench()
     data["frictionForce"][420:440] += 1.0
     data["time"] = data["time"] + 100.0
-    found = fit(data, hold_out=0.0)
+    found = fit(data, validation=0.0)
     worst = Residuals(found).worst()
     assert worst is not None and worst.signal == "frictionForce"
     assert 420 <= worst.sample < 440 and worst.size > 9.0
@@ -195,4 +195,4 @@ def test_worst_misfit_is_found_and_drawn(tmp_path: Path) -> None:
 
 
 def test_noise_has_no_place() -> None:
-    assert "Most is missed" not in fit(bench(), hold_out=0.0).verdict.text
+    assert "Most is missed" not in fit(bench(), validation=0.0).verdict.text

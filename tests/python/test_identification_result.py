@@ -34,8 +34,8 @@ def fitted(**given: Any) -> Fit:
             FC: Estimate(1.23456789, 1.0, 1.5, "N.m"), "gain.force": Estimate(2.0, 1.9, 2.1, "N.m/A"),
             "mass": Estimate(0.5, 0.1, np.inf, "kg.m2"),
         },
-        "rms": {"velocity": 0.0123456789, "position": np.nan}, "hold_out_rms": {"velocity": 0.5},
-        "undetermined": {"mass": "it is at <a> bound"}, "aic": 1.0, "notes": ("1 < 2",),
+        "rms": {"velocity": 0.0123456789, "position": np.nan}, "validation_rms": {"velocity": 0.5},
+        "not_identifiable": {"mass": "it is at <a> bound"}, "aic": 1.0, "notes": ("1 < 2",),
         "problem": SimpleNamespace(experiment=experiment, windows=("one", "two"), begins=_begins),
         "x": None, "certainty": None,
     }  # fmt: skip
@@ -75,16 +75,39 @@ def test_json_has_all_and_null_for_what_is_not_finite(tmp_path: Path) -> None:
             "mass": {"value": 0.5, "low": 0.1, "high": None, "unit": "kg.m2"},
         },
         "rms": {"velocity": 0.0123456789, "position": None},
-        "hold_out_rms": {"velocity": 0.5},
-        "undetermined": ["mass"],
+        "validation_rms": {"velocity": 0.5},
+        "not_identifiable": ["mass"],
         "law": "Coulomb",
         "ranges": {"force": [-1.0, 2.0], "velocity": [-3.0, 3.0]},
         "verdict": {"light": "yellow", "text": "Look at this before the values are used. Look."},
+        "hold_out_rms": {"velocity": 0.5},
+        "undetermined": ["mass"],
     }
     assert json.loads(text) == expected and list(json.loads(text)) == list(expected)
     assert text.startswith('{\n  "converged": true,\n') and text.endswith("}\n")
     validated: Any = SimpleNamespace(as_list=lambda: [{"left out": "a"}])
     assert fitted(cross_validation=validated).as_dict()["crossValidation"] == [{"left out": "a"}]
+
+
+def test_earlier_names_work_and_say_what_they_are_called_now() -> None:
+    found = fitted()
+    with pytest.warns(ps.PlantWarning, match="hold_out_rms is now called validation_rms"):
+        assert found.hold_out_rms == found.validation_rms == {"velocity": 0.5}
+    with pytest.warns(ps.PlantWarning, match="undetermined is now called not_identifiable"):
+        assert found.undetermined == found.not_identifiable
+    given: dict[str, Any] = {"experiment": "motion", "law": "Coulomb"}
+    with (
+        pytest.warns(ps.PlantWarning, match="hold_out is now called validation"),
+        pytest.raises(ValueError, match="30"),
+    ):
+        ps.fit({}, hold_out=30, **given)
+    with (
+        pytest.warns(ps.PlantWarning, match="window is now called segment"),
+        pytest.raises(ValueError, match="segment=0"),
+    ):
+        ps.fit({}, window=0.0, **given)
+    with pytest.raises(TypeError, match="give one of both"):
+        ps.fit({}, hold_out=0.1, validation=0.1, **given)
 
 
 def test_set_of_values_says_how_to_read_its_units(tmp_path: Path) -> None:
@@ -108,11 +131,11 @@ def test_fit_is_shown_as_a_text_and_on_a_page() -> None:
         "  mass                 0.5 [0.1, inf] kg.m2",
         "  rms of velocity: 0.0123457 rad/s",
         "  rms of position: nan rad",
-        "  hold-out rms of velocity: 0.5 rad/s",
-        "  not determined: mass: it is at <a> bound",
+        "  validation rms of velocity: 0.5 rad/s",
+        "  not identifiable: mass: it is at <a> bound",
         "  note: 1 < 2",
     ]
-    assert repr(fitted(parameters={}, rms={}, hold_out_rms={}, undetermined={}, notes=(), converged=False)) == (
+    assert repr(fitted(parameters={}, rms={}, validation_rms={}, not_identifiable={}, notes=(), converged=False)) == (
         "Coulomb: not converged"
     )
     html = fitted(law="A&B")._repr_html_()
@@ -156,7 +179,7 @@ def test_fit_is_replayed_as_it_was_fitted(experiment: str, law: str, fit: str, i
     """With the fitted begin of each stretch, which the settings alone do not have, and its inputs: to the bit."""
     known: dict[str, Any] = {} if experiment == "mechanical" else {"supplyPressure": 6e5}
     found = ps.fit(RIG, experiment=experiment, law=law, fit=fit, columns=RIG_COLUMNS, settings=known, starts=0,
-                   inputs=inputs, hold_out=0.2, progress=False)  # fmt: skip
+                   inputs=inputs, validation=0.2, progress=False)  # fmt: skip
     [differences] = found.problem.differences([found.x])
     for number in (0, len(found.problem.windows) - 1):
         window, run = found.problem.windows[number], found.simulate(number)
@@ -169,7 +192,7 @@ def test_fit_is_replayed_as_it_was_fitted(experiment: str, law: str, fit: str, i
                 run.settings, inputs=run, stop=run.time[-1], step=window.record.step, outputs=["position"]
             )
             assert again["position"].tobytes() == run["position"].tobytes()
-    with pytest.raises(ValueError, match=r"window = 9999 is refused: the data have"):
+    with pytest.raises(ValueError, match=r"segment = 9999 is refused: the data have"):
         found.simulate(9999)
     with pytest.raises(ValueError, match=r"there is no variable posiion"):
         found.simulate(outputs=["posiion"])

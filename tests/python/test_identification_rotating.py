@@ -30,12 +30,12 @@ def turned() -> dict[str, Array]:
 
 @cache
 def found() -> ps.Fit:
-    return fit(turned(), fit=FREE, columns=COLUMNS, hold_out=0.25, cross_validate="")
+    return fit(turned(), fit=FREE, columns=COLUMNS, validation=0.25, cross_validate="")
 
 
 def test_numbers_are_those_of_the_machine_that_slides() -> None:
     """The equations are the same: so are the values, to the last bit."""
-    sliding = fit(turned(), fit=FREE, hold_out=0.25)
+    sliding = fit(turned(), fit=FREE, validation=0.25)
     assert found().values == sliding.values and found().rms == sliding.rms
     holds(found(), TRUE, within=0.06)
     assert {name: one.unit for name, one in found().parameters.items()} == UNITS

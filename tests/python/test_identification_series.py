@@ -190,11 +190,11 @@ def test_options_of_the_command_reach_it(tmp_path: Path, monkeypatch: pytest.Mon
     monkeypatch.setattr(identification, "fit_series", fit_series)
     code = main([
         "series", "a.csv", "b.csv", "--experiment", "motion", "--law", "Coulomb", "--changing", FC, "--seed", "3",
-        "--starts", "4", "--rated", "5", "--window", "0.6", "--set", f"{SIGMA2}=7",
+        "--starts", "4", "--rated", "5", "--segment", "0.6", "--set", f"{SIGMA2}=7",
     ])  # fmt: skip
     assert code == 2 and list(taken["records"]) == ["a", "b"]
-    assert {name: taken[name] for name in ("seed", "starts", "rated", "window")} == {
-        "seed": 3, "starts": 4, "rated": 5.0, "window": 0.6,
+    assert {name: taken[name] for name in ("seed", "starts", "rated", "segment")} == {
+        "seed": 3, "starts": 4, "rated": 5.0, "segment": 0.6,
     }  # fmt: skip
     assert taken["settings"] == {SIGMA2: 7.0}
 
@@ -203,8 +203,8 @@ def test_bad_series_is_refused_by_name(tmp_path: Path, capsys: pytest.CaptureFix
     given = GIVEN | {"law": "Coulomb", "changing": FC}
     with pytest.raises(ValueError, match="1 record is refused: a series has at least two"):
         ps.fit_series([line()[0]], **given)
-    with pytest.raises(TypeError, match="no option hold_out"):
-        ps.fit_series([line()[0], line()[0]], **given, hold_out=0.3)
+    with pytest.raises(TypeError, match="no option validation"):
+        ps.fit_series([line()[0], line()[0]], **given, validation=0.3)
     with pytest.raises(ValueError, match=r"record march: .*too short"):
         ps.fit_series({"may": line()[0], "march": {name: x[:20] for name, x in line()[0].items()}}, **given)
     with pytest.raises(ValueError, match="name what may change"):

@@ -138,7 +138,7 @@ def alone(places: list[float], halves: list[float], undetermined: tuple[str, ...
     """A fit to a single record, with values as the solver sees them."""
     ends = zip((LOG, LINE), places, halves, strict=True)
     estimates = {free.name: _estimate(free, x, half) for free, x, half in ends}
-    return SimpleNamespace(parameters=estimates, undetermined=dict.fromkeys(undetermined, ""), x=np.array(places))
+    return SimpleNamespace(parameters=estimates, not_identifiable=dict.fromkeys(undetermined, ""), x=np.array(places))
 
 
 def test_shared_parameter_is_doubtful_where_records_alone_differ() -> None:

@@ -94,7 +94,7 @@ def test_fit_of_a_model_that_does_not_describe_the_data_comes_to_an_end() -> Non
         f"at the start values the data do not tell {', '.join(names)}: what is found may be anything; where a value is "
         "known, give it by settings"
     )
-    assert "friction.lugre.vd" in found.undetermined
+    assert "friction.lugre.vd" in found.not_identifiable
     # Vectors that were looked at, 74 here; it were more than 80 for each of six searches, and each took seconds.
     assert len(looked) < 150
     most = found.problem.trained().bounded().most
@@ -114,7 +114,7 @@ def test_run_of_too_many_steps_is_given_up() -> None:
 def test_early_word_names_only_what_noise_alone_would_hide() -> None:
     told: list[str] = []
     found = ps.fit(bench(), **GIVEN, law="Stribeck", starts=0, progress=told.append)
-    assert not [text for text in told if "do not tell" in text] and not found.undetermined
+    assert not [text for text in told if "do not tell" in text] and not found.not_identifiable
 
 
 @pytest.mark.parametrize(("signals", "free", "is_enough"), [(1, 4, True), (1, 5, False), (3, 12, True), (3, 13, False)])

@@ -93,7 +93,7 @@ def test_friction_that_differs_by_direction_is_named_before_an_offset_of_the_for
 
 
 def pushed_axis(outwards: float, inwards: float) -> dict[str, Array]:
-    """A carriage of 2 kg in closed loop, integrated by itself in steps of 0.02 ms; its friction differs by direction."""
+    """A carriage of 2 kg in closed loop, integrated in steps of 0.02 ms; its friction differs by direction."""
     step, substeps, mass, viscous = 1e-3, 50, 2.0, 30.0
     time = np.arange(0.0, 3.0, step)
     target = 0.25 + 0.05 * np.sin(4.0 * time) + 0.01 * np.sin(13.0 * time)
@@ -119,7 +119,9 @@ def test_friction_by_direction_is_named_and_found_where_forces_move_a_mass(exper
     data, mass = pushed_axis(10.0, 6.0), "mass" if experiment == "force" else "mass.moving"
     if experiment == "mechanical":
         model = ps.Model()
-        bore, rod = (0.25 * np.pi * float(model.parameters[f"cylinder.{name}"].default) ** 2 for name in ("bore", "rod"))
+        bore, rod = (
+            0.25 * np.pi * float(model.parameters[f"cylinder.{name}"].default) ** 2 for name in ("bore", "rod")
+        )
         # Pressures are taken to be on lines between samples, and the force was held.
         force = data.pop("force")
         held = 0.5 * (np.append(force[:1], force[:-1]) + force)

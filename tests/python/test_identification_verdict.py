@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from pneumatic_servo.cli import main
 from test_identification import COLUMNS, bench, write
 
-GIVEN = {"experiment": "motion", "play": 0.0, "starts": 0, "progress": False, "hold_out": 0.3}
+GIVEN = {"experiment": "motion", "play": 0.0, "starts": 0, "progress": False, "validation": 0.3}
 
 
 def fit(data: dict[str, NDArray[np.float64]], law: str = "Stribeck", **options: object) -> ps.Fit:

@@ -155,7 +155,7 @@ def test_width_smooths_what_velocities_are_made_from() -> None:
     from test_identification import RIG, RIG_COLUMNS
 
     given = {"experiment": "mechanical", "law": "Coulomb", "fit": "mass.moving", "columns": RIG_COLUMNS, "starts": 0}
-    narrow, wide = (ps.fit(RIG, width=width, window=0.5, **given).values["mass.moving"] for width in (0.01, 0.2))
+    narrow, wide = (ps.fit(RIG, width=width, segment=0.5, **given).values["mass.moving"] for width in (0.01, 0.2))
     assert narrow != wide
 
 

@@ -207,8 +207,8 @@ KNOWN = {"friction.stribeck.Fs": 11.0, "friction.stribeck.vs": 0.012}
     [
         ([], {}),
         (["--fit", "friction.stribeck.Fc=8:1:20"], {"fit": "friction.stribeck.Fc=8:1:20"}),
-        (["--hold-out", "0.4"], {"hold_out": 0.4}),
-        (["--window", "2"], {"window": 2.0}),
+        (["--validation", "0.4"], {"validation": 0.4}),
+        (["--segment", "2"], {"segment": 2.0}),
         (["--play", "1e-4"], {"play": 1e-4}),
         (["--loss", "cauchy"], {"loss": "cauchy"}),
         (["--intervals", "bootstrap", "--seed", "3"], {"intervals": "bootstrap", "seed": 3}),

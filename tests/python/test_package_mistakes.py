@@ -207,8 +207,8 @@ REFUSED: dict[str, tuple[Callable[[], object], str]] = {
         "fit='friction.coulomb.Fc': it is also among the known values of settings",
     ),
     "a share in percent": (
-        lambda: fit(hold_out=30),
-        "hold_out=30: it must be at least 0 and below 1",
+        lambda: fit(validation=30),
+        "validation=30: it must be at least 0 and below 1",
     ),
 }
 

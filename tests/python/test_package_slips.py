@@ -78,7 +78,7 @@ REFUSED: dict[str, tuple[Callable[[], object], str]] = {
     "call of another tool": (lambda: plant.start().do_step(1e-3), "no attribute do_step; did you mean step?"),
     "one simulation for many": (lambda: ps.transitions(plant.start(), 1e-3), "must be a list of simulations, not <Sim"),
     "several laws in one fit": (lambda: fit(law=["Coulomb", "Dahl"]), "compare_fits fits several"),
-    "share as a text": (lambda: fit(hold_out="30%"), "hold_out='30%': it must be at least 0 and below 1"),
+    "share as a text": (lambda: fit(validation="30%"), "validation='30%': it must be at least 0 and below 1"),
     "share of a law in percent": (lambda: fit(law_error=20), "law_error=20: .*; did you mean 0.2?"),
     "cluster by its address": (lambda: fit(cluster="tcp://1.2.3.4"), "cluster='tcp://1.2.3.4' is refused"),
     "column for two signals": (
@@ -106,7 +106,7 @@ WARNED: dict[str, tuple[Callable[[], object], str]] = {
     "period longer than the run": (lambda: later(period=0.2), "period = 0.2 s: the run ends after 0.1 s"),
     "delay longer than the run": (lambda: later(delay=0.1), "delay = 0.1 s: the run ends after 0.1 s"),
     "record that is given twice": (lambda: fit(BENCH, BENCH), "record 2 has the samples of record 1: they count twice"),
-    "record that predicts itself": (lambda: fit(hold_out_data=BENCH), "which is fitted: it predicts nothing"),
+    "record that predicts itself": (lambda: fit(validation_data=BENCH), "which is fitted: it predicts nothing"),
 }  # fmt: skip
 
 MEANT: dict[str, Callable[[], bool]] = {

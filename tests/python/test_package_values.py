@@ -103,9 +103,9 @@ def test_numbers_of_fits_and_plans_have_units() -> None:
     data = {"time": np.arange(0, 4, 0.01), "position": 0.02 * np.sin(2 * np.arange(0, 4, 0.01))}
     data["frictionForce"] = 7 * np.sign(np.cos(2 * data["time"])) + 0.1 * np.sin(300 * data["time"])
     given: dict[str, object] = {"experiment": "motion", "law": "Coulomb", "starts": 0, "progress": False}
-    one = ps.fit(data, fit="friction.coulomb.Fc=6:1:20", play=1e-5, width=0.04, window=2.0, **given)
+    one = ps.fit(data, fit="friction.coulomb.Fc=6:1:20", play=1e-5, width=0.04, segment=2.0, **given)
     words = "friction.coulomb.Fc=6 N:1000 mN:0.02 kN"
-    other = ps.fit(data, fit=words, play="10 um", width="40 ms", window=(2000, "ms"), **given)
+    other = ps.fit(data, fit=words, play="10 um", width="40 ms", segment=(2000, "ms"), **given)
     assert other.values == one.values
     with pytest.raises(ValueError, match=r"fit='friction.coulomb.Fc=6 mm': the unit mm is refused"):
         ps.fit(data, fit="friction.coulomb.Fc=6 mm", **given)

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import argparse
 import math
+import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 from pneumatic_servo import values
 from pneumatic_servo.files import check_place
@@ -15,6 +17,21 @@ from pneumatic_servo.ssv import read_ssv
 from pneumatic_servo.tables import read_table
 from pneumatic_servo.units import written
 from pneumatic_servo.variables import Value, Variable
+
+
+class Renamed(argparse.Action):
+    """An option that has an earlier name, too."""
+
+    def __call__(
+        self, parser: argparse.ArgumentParser, options: argparse.Namespace, given: Any, name: str | None = None
+    ) -> None:
+        """Take the value, and say what the option is called now."""
+        new = self.option_strings[0]
+        if name is not None and name != new and name in self.option_strings:
+            print(
+                f"warning: {name} is now called {new}; the earlier name works until the next release", file=sys.stderr
+            )
+        setattr(options, self.dest, given)
 
 
 def add_experiment(parser: argparse.ArgumentParser) -> None:

@@ -9,7 +9,7 @@ example:
   pneumatic-servo fit rig.csv --experiment rig --law Stribeck \
       --fit friction.stribeck.Fs,friction.stribeck.Fc,valve.deadZone=0.05:0:0.2 \
       --columns "time=t,valveVoltage=u,position=x[mm],chamberA.pressure=pa[bar],chamberB.pressure=pb[bar]" \
-      --hold-out 0.3 --out rig.ssv --json rig.json --report rig.html
+      --validation 0.3 --out rig.ssv --json rig.json --report rig.html
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from pneumatic_servo.cli.common import check_outputs, settings_of, words_of
+from pneumatic_servo.cli.common import Renamed, check_outputs, settings_of, words_of
 from pneumatic_servo.errors import MissingPackage, NotConverged
 from pneumatic_servo.model import Model
 from pneumatic_servo.units import has_unit, written
@@ -55,7 +55,10 @@ def add(parser: argparse.ArgumentParser) -> None:
         "--columns", metavar="SIGNAL=column[unit],...",
         help="what the columns are (default: those that have the names of signals)",
     )  # fmt: skip
-    parser.add_argument("--hold-out", type=float, default=0.0, metavar="FRACTION", help="share at the end to predict")
+    parser.add_argument(
+        "--validation", "--hold-out", type=float, default=0.0, metavar="FRACTION", action=Renamed,
+        help="share at the end to predict",
+    )  # fmt: skip
     add_search(parser)
     parser.add_argument("--width", type=float, default=0.04, metavar="S", help="width of smoothing (default: 0.04 s)")
     parser.add_argument("--inputs", default="held", help="between samples: held, or on straight lines (default: held)")
@@ -82,7 +85,10 @@ def add_search(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--starts", type=int, default=32, metavar="N", help="number of random starts (default: 32)")
     parser.add_argument("--rated", type=float, default=1.0, metavar="N", help="normal force of load level 1, in N")
     parser.add_argument("--encoding", metavar="NAME", help="of the tables (default: UTF-8, else Windows-1252)")
-    parser.add_argument("--window", type=float, metavar="S", help="start anew from what is measured every S seconds")
+    parser.add_argument(
+        "--segment", "--window", type=float, metavar="S", action=Renamed,
+        help="start anew from what is measured every S seconds",
+    )  # fmt: skip
     parser.add_argument("--play", type=float, metavar="M", help="play in m that hides the jitter of a position")
 
 
@@ -93,8 +99,8 @@ def run(options: argparse.Namespace) -> None:
     common = {
         "experiment": options.experiment, "fit": options.fit, "columns": options.columns,
         "encoding": options.encoding,
-        "settings": known(options.experiment, options.set), "hold_out": options.hold_out, "seed": options.seed,
-        "starts": options.starts, "rated": options.rated, "window": options.window, "play": options.play,
+        "settings": known(options.experiment, options.set), "validation": options.validation, "seed": options.seed,
+        "starts": options.starts, "rated": options.rated, "segment": options.segment, "play": options.play,
         "width": options.width, "inputs": options.inputs, "loss": options.loss, "intervals": options.intervals,
         "posterior": options.posterior is not None, "cross_validate": options.cross_validate,
         "law_error": options.law_error, "progress": True,
@@ -127,8 +133,8 @@ def run(options: argparse.Namespace) -> None:
         print(found.posterior)
     if found.cross_validation is not None:
         print(found.cross_validation)
-    for name, reason in found.undetermined.items():
-        print(f"warning: {name} is not determined: {reason}", file=sys.stderr)
+    for name, reason in found.not_identifiable.items():
+        print(f"warning: {name} is not identifiable: {reason}", file=sys.stderr)
     print(found)
     print(f"verdict: {found.verdict}")
     if not found.converged:

@@ -48,7 +48,7 @@ def run(options: argparse.Namespace) -> None:
         dict(zip(labels, options.csv, strict=True)), experiment=options.experiment, law=options.law,
         changing=options.changing, shared=options.shared, settings=known(options.experiment, options.set),
         columns=options.columns, encoding=options.encoding, seed=options.seed, starts=options.starts,
-        rated=options.rated, window=options.window, play=options.play,
+        rated=options.rated, segment=options.segment, play=options.play,
     )  # fmt: skip
     if options.out is not None:
         found.to_csv(options.out)

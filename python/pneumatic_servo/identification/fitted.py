@@ -41,8 +41,8 @@ class Fitted:
     law: str
     parameters: dict[str, Estimate]
     rms: dict[str, float]
-    hold_out_rms: dict[str, float]
-    undetermined: dict[str, str]
+    validation_rms: dict[str, float]
+    not_identifiable: dict[str, str]
     aic: float
     notes: tuple[str, ...]
     problem: Problem = field(repr=False)

@@ -33,7 +33,7 @@ from pneumatic_servo.identification.solve import Solution, solve, with_likely_se
 from pneumatic_servo.identification.table import Column, Measured, columns_of, listed, measured
 from pneumatic_servo.identification.watch import Told, Watch, told
 from pneumatic_servo.model import Model, Parameters
-from pneumatic_servo.names import did_you_mean
+from pneumatic_servo.names import did_you_mean, renamed
 from pneumatic_servo.unfinished import Interrupted
 from pneumatic_servo.units import has_unit
 from pneumatic_servo.variables import Value
@@ -59,6 +59,7 @@ MOST_LAW_ERROR = 2.0
 LOSSES = ("linear", "soft_l1", "huber", "cauchy")
 
 
+@renamed(hold_out="validation", hold_out_data="validation_data", window="segment")
 def fit(
     data: Data | Sequence[Data],
     *,
@@ -68,14 +69,14 @@ def fit(
     columns: str | Mapping[str, str] | None = None,
     encoding: str | None = None,
     settings: Parameters | None = None,
-    hold_out: float = 0.0,
-    hold_out_data: Data | Sequence[Data] = (),
+    validation: float = 0.0,
+    validation_data: Data | Sequence[Data] = (),
     seed: int = 0,
     starts: int = 32,
     rated: float = 1.0,
     width: float = 0.04,
     play: float | None = None,
-    window: float | None = None,
+    segment: float | None = None,
     inputs: str = "held",
     loss: str = "linear",
     intervals: str = "jacobian",
@@ -116,16 +117,16 @@ def fit(
     settings : mapping or path, optional
         Parameters that are known, with units as for `Model.simulate`, or an SSV file of them. What nobody gives has
         the model's default, which a note tells.
-    hold_out : float
-        Share of each record, at its end, that is not fitted but predicted.
-    hold_out_data : path, mapping of arrays, or a sequence of them
+    validation : float
+        Share of each record, at its end, that is validation data: not fitted but predicted.
+    validation_data : path, mapping of arrays, or a sequence of them
         Data that are predicted as a whole.
     seed, starts : int
         Seed of the random starts, and their number; a start from the data is always among them.
     rated : float
         Normal force in N at which the load level is 1.
-    width, play, window, inputs : float or str
-        See `Options`.
+    width, play, segment, inputs : float or str
+        See `Options`; ``segment`` is its ``window``.
     loss : str
         Loss function of ``scipy.optimize.least_squares``.
     intervals : str
@@ -167,7 +168,7 @@ def fit(
 
     Notes
     -----
-    Parameters that the data do not tell are in ``undetermined`` of the fit; those of them that show at the start
+    Parameters that the data do not tell are in ``not_identifiable`` of the fit; those of them that show at the start
     values are told at once, with the progress. Where a model does not describe the data, the search ends as soon as it
     gains little: after eight steps that lower the cost by less than a fiftieth together. A run that takes twenty
     times the solver steps of the first is given up, and counts as worse than any other.
@@ -188,8 +189,8 @@ def fit(
     with told(progress, watch):
         return _fit(
             data, experiment=experiment, law=law, fit=fit, columns=columns, encoding=encoding, settings=settings,
-            hold_out=hold_out, hold_out_data=hold_out_data, seed=seed, starts=starts, rated=rated, width=width,
-            play=play, window=window, inputs=inputs, loss=loss, intervals=intervals, posterior=posterior,
+            validation=validation, validation_data=validation_data, seed=seed, starts=starts, rated=rated, width=width,
+            play=play, segment=segment, inputs=inputs, loss=loss, intervals=intervals, posterior=posterior,
             cross_validate=cross_validate, law_error=law_error, workers=workers,
             executor=executor if cluster is None else _executor_of(cluster), watch=watch,
         )  # fmt: skip
@@ -204,8 +205,8 @@ def _executor_of(cluster: Any) -> Executor:
 
 def _fit(
     data: Any, *, experiment: str, law: str, fit: str | Sequence[str], columns: str | Mapping[str, str] | None,
-    encoding: str | None, settings: Parameters | None, hold_out: float, hold_out_data: Any, seed: int, starts: int,
-    rated: float, width: float, play: float | None, window: float | None, inputs: str, loss: str, intervals: str,
+    encoding: str | None, settings: Parameters | None, validation: float, validation_data: Any, seed: int, starts: int,
+    rated: float, width: float, play: float | None, segment: float | None, inputs: str, loss: str, intervals: str,
     posterior: bool, cross_validate: str | Sequence[str], law_error: float, workers: int | None,
     executor: Executor | None, watch: Watch,
 ) -> Fit:  # fmt: skip
@@ -213,7 +214,7 @@ def _fit(
         rated=_positive("rated", values.number_in("N", "rated", rated)),
         width=_positive("width", values.seconds("width", width)),
         play=None if play is None else _not_negative("play", values.number_in("m", "play", play)),
-        window=None if window is None else _positive("window", values.seconds("window", window)), inputs=inputs,
+        window=None if segment is None else _positive("segment", values.seconds("segment", segment)), inputs=inputs,
     )  # fmt: skip
     for name, number in (("starts", starts), ("seed", seed)):
         _not_negative(name, number)
@@ -226,8 +227,8 @@ def _fit(
     checks.submits("executor", executor)
     if workers is not None:
         checks.whole_number("workers", workers, least=1)
-    if not values.is_number(hold_out) or not 0.0 <= hold_out < 1.0:
-        raise ValueError(f"{said('hold_out', hold_out)}: it must be at least 0 and below 1")
+    if not values.is_number(validation) or not 0.0 <= validation < 1.0:
+        raise ValueError(f"{said('validation', validation)}: it must be at least 0 and below 1")
     if inputs not in INPUTS:
         raise ValueError(f"{said('inputs', inputs)}: it must be {' or '.join(INPUTS)}")
     if loss not in LOSSES:
@@ -241,8 +242,8 @@ def _fit(
     check_names(experiment, law)
     read = columns_of(columns) if columns is not None else None
     sources = _read(data, read, encoding)
-    is_extra = isinstance(hold_out_data, Mapping) or hasattr(hold_out_data, "iloc") or bool(hold_out_data)
-    extra_sources = _read(hold_out_data, read, encoding) if is_extra else []
+    is_extra = isinstance(validation_data, Mapping) or hasattr(validation_data, "iloc") or bool(validation_data)
+    extra_sources = _read(validation_data, read, encoding) if is_extra else []
     _tell_twice(sources, extra_sources)
     kind = make_experiment(
         experiment, law, settings, options, _units(experiment, sources + extra_sources, settings, fit)
@@ -253,10 +254,10 @@ def _fit(
     _check_sensors(kind)
     check_known_pressures(kind)
     free = free_parameters(kind, fit)
-    problem = replace(Problem.of(kind, records, free, hold_out, extra), workers=workers)
+    problem = replace(Problem.of(kind, records, free, validation, extra), workers=workers)
     _check_size(problem)
     compare(kind, problem.windows)
-    problem = from_balance(started(problem), records, hold_out, extra, watch)
+    problem = from_balance(started(problem), records, validation, extra, watch)
     kind = problem.experiment
     fitted = problem.trained()
     groups = _conditions(fitted, records, cross_validate)
@@ -293,8 +294,8 @@ def _conditions(problem: Problem, records: list[Record], quantities: str | Seque
 def _with_posterior(found: Fit, fitted: Problem, x: Array, seed: int, executor: Executor | None, watch: Watch) -> Fit:
     """Return a fit with draws from its posterior."""
     watch.stage("posterior")
-    if found.undetermined:
-        watch.say(f"the posterior of {', '.join(found.undetermined)} is hardly more than its bounds")
+    if found.not_identifiable:
+        watch.say(f"the posterior of {', '.join(found.not_identifiable)} is hardly more than its bounds")
     return replace(found, posterior=sample(fitted, x, seed, executor, watch))
 
 
@@ -446,7 +447,9 @@ def _tell_twice(sources: Sequence[Measured], extra: Sequence[Measured]) -> None:
     for source in extra:
         first = next((one for one in sources if _is_same(one, source)), None)
         if first is not None:
-            warn(f"hold_out_data: {source.name} has the samples of {first.name}, which is fitted: it predicts nothing")
+            warn(
+                f"validation_data: {source.name} has the samples of {first.name}, which is fitted: it predicts nothing"
+            )
 
 
 def _is_same(one: Measured, other: Measured) -> bool:
@@ -502,8 +505,8 @@ def _result(problem: Problem, x: Array, converged: bool, message: str, sure: Cer
         converged, message = False, f"the fitted values cannot be simulated: {next(iter(problem.refusals), '')}"
     return Fit(
         converged=converged, law=problem.experiment.law, parameters=parameters, rms=rms,
-        hold_out_rms=problem.rms(x, held=True), undetermined=sure.reasons, aic=_aic(problem, x), notes=tuple(notes),
-        problem=problem, x=x, certainty=sure, message=message,
+        validation_rms=problem.rms(x, held=True), not_identifiable=sure.reasons, aic=_aic(problem, x),
+        notes=tuple(notes), problem=problem, x=x, certainty=sure, message=message,
     )  # fmt: skip
 
 

@@ -52,7 +52,7 @@ class Ranking:
         """Return the table; its columns are `COLUMNS`. Residuals are in units of those of the first law."""
         return [
             (found.law, found.converged, len(found.parameters), _total(found, self.fits[0], held=False),
-             _total(found, self.fits[0], held=True) if found.hold_out_rms else None, found.aic)
+             _total(found, self.fits[0], held=True) if found.validation_rms else None, found.aic)
             for found in self.fits
         ]  # fmt: skip
 
@@ -107,7 +107,7 @@ class Ranking:
         lines = [head + f"{'AIC':>14}"]
         for found in self.fits:
             pairs = "".join(
-                f"{found.rms[name]:24.6g}{found.hold_out_rms.get(name, float('nan')):14.6g}" for name in signals
+                f"{found.rms[name]:24.6g}{found.validation_rms.get(name, float('nan')):14.6g}" for name in signals
             )
             lines.append(f"{found.law:20}{len(found.parameters):5}{pairs}{found.aic:14.1f}")
         return "\n".join(lines)
@@ -194,7 +194,7 @@ def _shared(settings: Any, experiment: str, law: str) -> dict[str, Any]:
 
 def _ranking(fits: list[Fit]) -> Ranking:
     first = next((found for found in fits if not math.isnan(_total(found, found, held=False))), fits[0])
-    by_error = bool(first.hold_out_rms)
+    by_error = bool(first.validation_rms)
     fits.sort(key=lambda found: _last_if_nan(_total(found, first, held=True) if by_error else found.aic))
     return Ranking(tuple(fits))
 
@@ -234,6 +234,6 @@ def _last_if_nan(value: float) -> float:
 
 def _total(found: Fit, first: Fit, *, held: bool) -> float:
     """Root mean square over the signals, each in units of what the first law leaves of it."""
-    rms, reference = (found.hold_out_rms, first.hold_out_rms) if held else (found.rms, first.rms)
+    rms, reference = (found.validation_rms, first.validation_rms) if held else (found.rms, first.rms)
     squares = [(rms[name] / max(reference[name], 1e-300)) ** 2 for name in reference]
     return float((sum(squares) / max(1, len(squares))) ** 0.5)

@@ -44,7 +44,7 @@ def remembers(law: str, model: Model) -> bool:
 
 
 def from_balance(
-    problem: Problem, records: Sequence[Record], hold_out: float, extra: Sequence[Record], watch: Watch
+    problem: Problem, records: Sequence[Record], validation: float, extra: Sequence[Record], watch: Watch
 ) -> Problem:
     """Return a problem of a law with deflections with a better start, and with whole records if they bear it.
 
@@ -61,7 +61,7 @@ def from_balance(
     watch.stage("balance of forces")
     uncut = _uncut(experiment)
     whole = replace(
-        Problem.of(uncut, records, problem.free, hold_out, extra), workers=problem.workers, step=STEP,
+        Problem.of(uncut, records, problem.free, validation, extra), workers=problem.workers, step=STEP,
         exactness=TOLERANCE,
     )  # fmt: skip
     free = _balanced(whole)

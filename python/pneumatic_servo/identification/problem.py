@@ -88,14 +88,14 @@ class Problem:
         experiment: Experiment,
         records: Sequence[Record],
         free: Sequence[Free],
-        hold_out: float,
+        validation: float,
         extra: Sequence[Record] = (),
     ) -> Problem:
         """Cut the records into windows; the last part of each, and the extra records, are validation data."""
         windows = []
         named = {*experiment.settings, *(one.name for one in free)}
         for record in [*records, *extra]:
-            share = 1.0 if any(record is other for other in extra) else hold_out
+            share = 1.0 if any(record is other for other in extra) else validation
             limit = record.time[-1] * (1.0 - share) if share > 0.0 else np.inf
             parts = experiment.windows(record)
             prepared = [experiment.prepare(part) for part in parts]

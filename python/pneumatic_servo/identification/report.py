@@ -38,12 +38,13 @@ def page(fit: Fitted, residuals: Residuals, verdict: Verdict, free_form: FreeFor
             ["parameter", "value", "low", "high", "unit"],
             ([n, f"{e.value:.6g}", f"{e.low:.6g}", f"{e.high:.6g}", e.unit] for n, e in fit.parameters.items()),
         ),
-        *(f"<p class=warning>{escape(n)} is not determined: {escape(why)}.</p>" for n, why in fit.undetermined.items()),
+        *(f"<p class=warning>{escape(n)} is not identifiable: {escape(why)}.</p>"
+          for n, why in fit.not_identifiable.items()),
         "<h2>What remains</h2>",
         _table(
             ["signal", "rms", "rms of data held out", "unit", "white"],
             (
-                [s, f"{rms:.6g}", f"{fit.hold_out_rms[s]:.6g}" if s in fit.hold_out_rms else "", residuals.unit(s),
+                [s, f"{rms:.6g}", f"{fit.validation_rms[s]:.6g}" if s in fit.validation_rms else "", residuals.unit(s),
                  "yes" if residuals.is_white(s) else "no"]
                 for s, rms in fit.rms.items()
             ),

@@ -22,6 +22,7 @@ from pneumatic_servo.identification.ranges import Ranges
 from pneumatic_servo.identification.residuals import Residuals
 from pneumatic_servo.identification.suspects import Suspect, suspect
 from pneumatic_servo.identification.verdict import Verdict, verdict
+from pneumatic_servo.names import renamed, tell_renamed
 from pneumatic_servo.run import Run, table
 from pneumatic_servo.ssv import ssv
 from pneumatic_servo.unfinished import SimulationError
@@ -39,9 +40,9 @@ class Fit(Fitted):
         Friction law.
     parameters : dict
         Estimates by name.
-    rms, hold_out_rms : dict
-        Root mean square of measured minus simulated by signal, of the data used and of those held out.
-    undetermined : dict
+    rms, validation_rms : dict
+        Root mean square of measured minus simulated by signal, of the fitted and of the validation data.
+    not_identifiable : dict
         Parameters that the data do not determine, and why.
     notes : tuple of str
         Treatment of the data.
@@ -104,7 +105,20 @@ class Fit(Fitted):
                 raise ValueError(f"asked {signal}: this fit knows the ranges of {', '.join(self.ranges.limits)}")
         return tuple(self.ranges.beyond(asked).values())
 
-    def simulate(self, window: int = 0, *, outputs: Sequence[str] | None = None) -> Run:
+    @property
+    def hold_out_rms(self) -> dict[str, float]:
+        """The earlier name of `validation_rms`."""
+        tell_renamed("hold_out_rms", "validation_rms")
+        return self.validation_rms
+
+    @property
+    def undetermined(self) -> dict[str, str]:
+        """The earlier name of `not_identifiable`."""
+        tell_renamed("undetermined", "not_identifiable")
+        return self.not_identifiable
+
+    @renamed(window="segment")
+    def simulate(self, segment: int = 0, *, outputs: Sequence[str] | None = None) -> Run:
         """Make the run of a fitted stretch of data again, bit for bit as the fit compares it.
 
         It begins with the fitted position, velocity and pressures of this stretch, and its inputs are held, or on
@@ -113,8 +127,8 @@ class Fit(Fitted):
 
         Parameters
         ----------
-        window : int
-            Number of the stretch: a record is one, unless it has gaps or is cut by ``window=`` of the fit; those held
+        segment : int
+            Number of the stretch: a record is one, unless it has gaps or is cut by ``segment=`` of the fit; those held
             out are counted, too. ``found.problem.windows`` has what was measured in each.
         outputs : sequence of str, optional
             Variables to record; by default the inputs and all outputs of the model that the fit runs.
@@ -133,12 +147,12 @@ class Fit(Fitted):
         """
         problem, model = self.problem, self.problem.experiment.simulated
         count = len(problem.windows)
-        if not 0 <= checks.whole_number("window", window, least=0) < count:
-            raise ValueError(f"window = {window} is refused: the data have {count} stretches, numbered from 0")
+        if not 0 <= checks.whole_number("segment", segment, least=0) < count:
+            raise ValueError(f"segment = {segment} is refused: the data have {count} stretches, numbered from 0")
         vector = [(problem.values(self.x), problem.begins(self.x))]
-        inputs = problem.inputs_of(problem.windows[window], vector[0][0])
+        inputs = problem.inputs_of(problem.windows[segment], vector[0][0])
         names = list(model._recorded(outputs, inputs))
-        runs = problem.run([window], vector, names)
+        runs = problem.run([segment], vector, names)
         if runs.failures:
             error = SimulationError(runs.failures[0])
             error.finished = runs[0]
@@ -154,12 +168,15 @@ class Fit(Fitted):
                 for name, e in self.parameters.items()
             },
             "rms": {signal: _finite(rms) for signal, rms in self.rms.items()},
-            "hold_out_rms": {signal: _finite(rms) for signal, rms in self.hold_out_rms.items()},
-            "undetermined": list(self.undetermined),
+            "validation_rms": {signal: _finite(rms) for signal, rms in self.validation_rms.items()},
+            "not_identifiable": list(self.not_identifiable),
             "law": self.law,
             "ranges": {signal: [low, high] for signal, (low, high) in self.ranges.limits.items()},
             **({} if self.cross_validation is None else {"crossValidation": self.cross_validation.as_list()}),
             "verdict": {"light": self.verdict.light, "text": self.verdict.text},
+            # The names of these two until the next release.
+            "hold_out_rms": {signal: _finite(rms) for signal, rms in self.validation_rms.items()},
+            "undetermined": list(self.not_identifiable),
         }
 
     def to_json(self, file: str | Path) -> None:
@@ -194,11 +211,11 @@ class Fit(Fitted):
         width = max((len(name) for name in self.parameters), default=4)
         lines = [f"{self.law}: {'converged' if self.converged else 'not converged'}"]
         lines += [f"  {name:{width}}  {estimate}" for name, estimate in self.parameters.items()]
-        for title, rms in (("rms", self.rms), ("hold-out rms", self.hold_out_rms)):
+        for title, rms in (("rms", self.rms), ("validation rms", self.validation_rms)):
             lines += [
                 f"  {title} of {signal}: {value:.6g} {self.units.of_signal(signal)}" for signal, value in rms.items()
             ]
-        lines += [f"  not determined: {name}: {reason}" for name, reason in self.undetermined.items()]
+        lines += [f"  not identifiable: {name}: {reason}" for name, reason in self.not_identifiable.items()]
         lines += [f"  note: {note}" for note in self.notes]
         return "\n".join(lines)
 

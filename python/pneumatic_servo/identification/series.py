@@ -40,8 +40,8 @@ ENDED = 1e-7
 """Relative change of the cost at which it ends."""
 HALVINGS = 8
 """How often a step that does not lower the cost is halved."""
-TAKEN = ("columns", "encoding", "settings", "seed", "starts", "rated", "width", "play", "window", "inputs", "workers",
-         "executor", "cluster", "progress")  # fmt: skip
+TAKEN = ("columns", "encoding", "settings", "seed", "starts", "rated", "width", "play", "segment", "window", "inputs",
+         "workers", "executor", "cluster", "progress")  # fmt: skip
 """Options of a fit that one of a series has, too."""
 COLUMNS = ["record", "parameter", "value", "low", "high", "unit", "moves", "p"]
 
@@ -151,7 +151,7 @@ def fit_series(
     changing, shared : str or sequence of str
         What has a value for each record, and what has the same in all: ``NAME[=start][:low:high]`` as for `fit`.
     **options
-        As for `fit`: columns, encoding, settings, seed, starts, rated, width, play, window, inputs, workers, executor,
+        As for `fit`: columns, encoding, settings, seed, starts, rated, width, play, segment, inputs, workers, executor,
         cluster and progress.
 
     Returns
@@ -341,7 +341,7 @@ def _doubtful(fits: Sequence[Fit], shared: Sequence[Free], x: Array) -> dict[str
         for alone in fits:
             estimate = alone.parameters[one.name]
             half = one.inner(estimate.high) - float(alone.x[place]) if np.isfinite(estimate.high) else np.inf
-            if one.name not in alone.undetermined and 0.0 < half < np.inf:
+            if one.name not in alone.not_identifiable and 0.0 < half < np.inf:
                 statistic += ((float(alone.x[place]) - float(x[place])) * ndtri(0.5 + 0.5 * LEVEL) / half) ** 2
                 freedom += 1
         if freedom > 0 and (p := float(chi2.sf(statistic, freedom))) < (1.0 - LEVEL) / len(shared):

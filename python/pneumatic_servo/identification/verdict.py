@@ -85,7 +85,7 @@ def _of_search(fit: Fitted) -> Iterator[Finding]:
     if not fit.converged:
         yield Finding("red", f"The search has not come to an end ({fit.message}).")
     bounded = at_bounds(fit.problem, fit.x)
-    untold = ", ".join(name for name in fit.undetermined if name not in bounded)
+    untold = ", ".join(name for name in fit.not_identifiable if name not in bounded)
     if untold:
         yield Finding("yellow", f"The data do not tell {untold}: give it, or measure what tells it.")
     for name, bound in bounded.items():
@@ -142,9 +142,9 @@ def _worst_place(residuals: Residuals) -> Iterator[Finding]:
 
 
 def _of_prediction(fit: Fitted, ranges: Ranges) -> Iterator[Finding]:
-    if not fit.hold_out_rms:
+    if not fit.validation_rms:
         yield Finding("green", "Nothing was held out, so that no prediction was tried.")
-    for signal, rms in fit.hold_out_rms.items():
+    for signal, rms in fit.validation_rms.items():
         ratio = rms / max(fit.rms[signal], 1e-300)
         light = "red" if not ratio <= FAR_OFF else "yellow" if ratio > OFF else "green"
         unit = fit.units.of_signal(signal)

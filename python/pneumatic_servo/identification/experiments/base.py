@@ -341,7 +341,7 @@ class Experiment(ABC):
         parts = [record.part(first, last) for first, last in pairwise(cuts) if last - first >= SHORTEST]
         if not parts:
             raise ValueError(
-                f"{said('window', length)} s: no part has {SHORTEST} samples, which are {record.step:g} s apart"
+                f"{said('segment', length)} s: no part has {SHORTEST} samples, which are {record.step:g} s apart"
             )
         return parts
 
