@@ -90,14 +90,16 @@ class Suspect:
     def _cause(self) -> str:
         gone = f"{100.0 * self.share:.0f} % of the squared residual of {self.signal} would be gone if {self.name}"
         if self.name == "time" and isinstance(self.estimate, Estimate):
-            return f"{gone} were {self.estimate} times what was recorded: check the clock and the sample rate."
+            times = str(self.estimate).removesuffix(" 1")
+            return f"{gone} were {times} times what was recorded: check the clock and the sample rate."
         if isinstance(self.estimate, str):
             return f"{gone} were {self.estimate} in place of {self.given}: is the setting right?"
         off = self.estimate.value - float(self.given)
         is_gauge = self.estimate.unit == "Pa" and abs(off - ATMOSPHERE) < NEAR * ATMOSPHERE
         unit = "" if self.estimate.unit == "1" else f" {self.estimate.unit}"
         hint = "was it given above ambient pressure? Pressures are absolute" if is_gauge else "check it, or free it"
-        return f"{gone}, fixed at {self.given:.6g}{unit}, were {self.estimate}: {hint}."
+        estimate = str(self.estimate).removesuffix(" 1")
+        return f"{gone}, fixed at {self.given:.6g}{unit}, were {estimate}: {hint}."
 
 
 def suspect(fit: Fitted, residuals: Residuals) -> Suspect | None:
