@@ -141,6 +141,19 @@ def test_friction_by_direction_is_named_and_found_where_forces_move_a_mass(exper
     assert inwards == pytest.approx(6.0, rel=0.02) and factor * inwards == pytest.approx(10.0, rel=0.02)
 
 
+def test_clock_is_named_that_the_conductance_makes_up_for() -> None:
+    """Little more than noise is left, and the values are off: what inertia does with time says it."""
+    table = np.genfromtxt(RIG, delimiter=",", names=True)
+    data = {"time": 1.01 * table["t"], "valveVoltage": table["u"], "position": 1e-3 * table["x_mm"],
+            "chamberA.pressure": 1e5 * table["pa_bar"], "chamberB.pressure": 1e5 * table["pb_bar"]}  # fmt: skip
+    found = ps.fit(
+        data, experiment="rig", law="Stribeck", fit=FREE, settings={"supplyPressure": 6e5}, starts=0, progress=False
+    )
+    assert found.suspect is not None and found.suspect.name == "time" and found.verdict.light == "yellow"
+    assert isinstance(found.suspect.estimate, Estimate)
+    assert found.suspect.estimate.value == pytest.approx(1.0 / 1.01, rel=1e-3)
+
+
 @pytest.mark.parametrize("fast", [1.01, 1.05])
 def test_clock_that_runs_fast_is_named(fast: float) -> None:
     """Where the masses are known, and friction is no function of time, nothing else can be 1 or 5 % off."""
