@@ -241,7 +241,7 @@ export class TimeChart extends Chart<Curves> {
           ctx.fillRect(from, bbox.top, Math.max(to - from, 0), bbox.height);
         }
       };
-      if (shaded) fill([shaded], "--mark");
+      if (shaded) fill([shaded], "--empty");
       if (episodes) {
         fill(episodes.sticking, "--stick");
         fill(episodes.stops, "--stop");

@@ -48,7 +48,7 @@ function one(chart: Chart<never>, colour: (property: string) => string): string 
     });
   });
   const [from, to] = (shaded ?? []).map((time) => Number(x(Math.min(Math.max(time, ranges[0][0]), ranges[0][1]))));
-  const shade = shaded ? [`<rect x="${from}" y="${TOP}" width="${to - from}" height="${bottom - TOP}" fill="${colour("--mark")}"/>\n`] : [];
+  const shade = shaded ? [`<rect x="${from}" y="${TOP}" width="${to - from}" height="${bottom - TOP}" fill="${colour("--empty")}"/>\n`] : [];
   const keys = look.lines.length > 1 ? look.lines : [];
   return [
     text(look.title, `x="${LEFT}" y="17" font-weight="bold"`),

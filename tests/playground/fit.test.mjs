@@ -66,6 +66,31 @@ test("the example is one button away", async () => {
   await close();
 });
 
+test("a supply that was given above ambient is named as the cause, and a report is printed on one page", async () => {
+  const rows = (await readFile(RIG, "utf8")).trimEnd().split("\n").slice(1);
+  const text = ["Zeit [s],Valve voltage (V),Stroke (mm),Pressure A (bar),Pressure B (bar)", ...rows].join("\n");
+  const { page, close } = await open(browser, LINK.replace("supplyPressure=600000", "supplyPressure=498675"));
+  await drop(page, "measured.csv", text);
+  await page.waitForSelector("table.columns");
+  for (const [signal, place, unit] of [["time", "0", "s"], ["valveVoltage", "1", "V"], ["position", "2", "mm"], ["chamberA.pressure", "3", "bar"]]) {
+    assert.equal(await page.getByLabel(`Column of ${signal}`).inputValue(), place);
+    assert.equal(await page.getByLabel(`Unit of ${signal}`).inputValue(), unit);
+    assert.ok(await page.getByLabel(`Unit of ${signal}`).isEnabled());
+  }
+  await fitted(page);
+  assert.notEqual(await page.locator("[data-result]").getAttribute("data-light"), "green");
+  const cause = await page.locator("[data-result] [data-cause]").textContent();
+  assert.match(cause, /would be gone if supplyPressure, fixed at 498675 Pa, were (59|60)\d+(\.\d+)? \[.*above ambient/);
+  const ssv = await download(page, "SSV");
+  for (const name of ["position0", "velocity0", "chamberA.pressure0"]) assert.ok(ssv.text.includes(`"${name}"`), name);
+  // A browser without a window prints by a command of its own.
+  await page.evaluate(() => (window.print = () => {}));
+  await page.getByRole("button", { name: "Print a report" }).click();
+  const pdf = (await page.pdf({ preferCSSPageSize: true })).toString("latin1");
+  assert.equal(pdf.match(/\/Type\s*\/Page\b/g)?.length, 1);
+  await close();
+});
+
 test("what is known of the machine is asked for, and a supply may count from the atmosphere", async () => {
   const { page, close } = await open(browser, LINK);
   const known = page.getByRole("group", { name: "Known of the machine" });

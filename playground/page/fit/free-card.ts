@@ -27,8 +27,8 @@ export function freeList(context: FitContext): HTMLElement {
   const input = element("input", {
     type: "text",
     list: "free-names",
-    placeholder: "Free another: name",
-    "aria-label": "Free another parameter",
+    placeholder: "Estimate another: name",
+    "aria-label": "Estimate another parameter",
     autocomplete: "off",
     onchange: () => {
       const name = input.value.trim();
@@ -36,14 +36,14 @@ export function freeList(context: FitContext): HTMLElement {
       if ([...candidates, ...ofSensors(context)].includes(name)) {
         study.setFree(name, true);
         study.shown();
-        document.querySelector<HTMLInputElement>("[aria-label='Free another parameter']")?.focus();
+        document.querySelector<HTMLInputElement>("[aria-label='Estimate another parameter']")?.focus();
       } else if (!names.includes(name)) {
         problem.textContent = `${of.name} has no parameter ${name} that could be fitted`;
       }
     },
   });
-  const group = element("div", { class: "frees", role: "group", "aria-label": "Free parameters" }, ...boxes);
-  return element("div", {}, element("span", { class: "title" }, "Free parameters"), group, input, list, problem);
+  const group = element("div", { class: "frees", role: "group", "aria-label": "Estimated parameters" }, ...boxes);
+  return element("div", {}, element("span", { class: "title" }, "Estimated parameters"), group, input, list, problem);
 }
 
 /** Description of a parameter, and the value at which the search starts if it was changed. */
@@ -83,7 +83,7 @@ interface Entry {
 }
 
 const ENTRIES: Entry[] = [
-  { key: "holdOut", label: "Hold out", unit: "%", factor: 1e-2, title: "Share of the record at its end that is predicted, not fitted", least: 0, below: 100 },
+  { key: "holdOut", label: "Validation", unit: "%", factor: 1e-2, title: "Share of the record at its end that is predicted, not fitted", least: 0, below: 100 },
   { key: "starts", label: "Random starts", unit: "", factor: 1, title: "Used where the start from the data leaves more than noise", least: 0, below: 1001 },
   { key: "width", label: "Smoothing", unit: "ms", factor: 1e-3, title: "Width of the parabolas that give velocities", least: 1e-3, below: 1e5 },
   { key: "rated", label: "Rated load", unit: "N", factor: 1, title: "Normal force at which the load level is 1", least: 1e-9, below: 1e12 },

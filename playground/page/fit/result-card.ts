@@ -124,7 +124,7 @@ export function curves({ courses, heldFrom }: Answer): TimeChart[] {
 
 const COLOURS: Record<string, string> = { measured: "--line-2", simulated: "--line-1", residual: "--line-3" };
 /** The simulated curve is the wider one, so that it shows beside the measured one over it. */
-const WIDTHS: Record<string, number> = { simulated: 4, measured: 1 };
+const WIDTHS: Record<string, number> = { simulated: 4, measured: 1.5 };
 
 function chart(title: string, up: string, labels: string[], times: number[], lines: number[][], heldFrom: number | null): TimeChart {
   const look = labels.map((label) => ({ label, colour: COLOURS[label], width: WIDTHS[label] }));
