@@ -227,11 +227,11 @@ crate-type = ["cdylib", "rlib"]
 
 [features]
 # `cargo run --features package --example package` packs the FMUs. What that takes is compiled for nothing else.
-package = ["dep:pneumatic-servo-packaging"]
+package = ["dep:pneumatic-servo-packaging", "pneumatic-servo/small"]
 
 [dependencies]
 # Without the models of the library, which would be compiled for nothing.
-pneumatic-servo = { path = @plant@, default-features = false, features = ["names", "sensitivities"] }
+pneumatic-servo = { path = @plant@, default-features = false, features = ["names"] }
 pneumatic-servo-fmu = { path = @fmu@ }
 pneumatic-servo-packaging = { path = @packaging@, optional = true }
 
