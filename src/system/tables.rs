@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::{Counters, IndicatorSet, MAX_KINKS, System, Tuning};
 use crate::numbers::Real;
-use crate::variables::{Meaning, ParameterError, Role, Table, Variable, kept};
+use crate::variables::{Meaning, ParameterError, Role, Table, Variable, table_cache};
 
 /// Value references that the models have in common; those below 400 and from 1001 on are each model's own. From 20 000 on are
 /// the numbers that stand for enumerations, from 60 000 on the states that laws name.
@@ -59,12 +59,12 @@ impl Tables {
 
 /// The table of a model, made once per process.
 pub fn table<E: System<U>, const U: usize>() -> &'static Table {
-    kept::lent(TypeId::of::<E>(), make::<E, U>)
+    table_cache::lent(TypeId::of::<E>(), make::<E, U>)
 }
 
 /// The table of a model for those that hold it only while they run.
 pub fn shared_table<E: System<U>, const U: usize>() -> Arc<Table> {
-    kept::shared(TypeId::of::<E>(), make::<E, U>)
+    table_cache::shared(TypeId::of::<E>(), make::<E, U>)
 }
 
 fn make<E: System<U>, const U: usize>() -> Table {
@@ -99,7 +99,7 @@ pub fn state_name<E: System<U>, const U: usize>(equations: &E, state: usize, n: 
     let table = shared_table::<E, U>();
     let reference = table.states().find(|reference| equations.state_at(*reference, n) == Some(state));
     let entry = reference.and_then(|reference| table.by_reference(reference));
-    entry.map_or("an internal state", |entry| kept::lent_name(&entry.variable.name))
+    entry.map_or("an internal state", |entry| table_cache::lent_name(&entry.variable.name))
 }
 
 /// The same without the table, which would be compiled for the name alone.

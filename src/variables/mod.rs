@@ -5,11 +5,11 @@ mod array;
 mod declare;
 mod enumeration;
 mod error;
-pub(crate) mod kept;
 mod notice;
 mod setting;
 mod states;
 mod table;
+pub(crate) mod table_cache;
 mod unit;
 mod values;
 
@@ -21,14 +21,14 @@ pub use declare::{Declaration, Field, Fixed, ParameterSet, Tunable};
 pub use declare::{declared, refused};
 pub use enumeration::{Choice, Enumeration};
 pub use error::ParameterError;
-#[doc(hidden)]
-pub use kept::{forget, forget_tables};
 pub use notice::{Notice, Notices};
 pub(crate) use setting::find;
 pub use setting::{SettingError, Value};
 pub use states::StateSet;
 pub(crate) use table::SOLVER;
 pub use table::{Entry, Place, Table};
+#[doc(hidden)]
+pub use table_cache::{forget, forget_tables};
 pub use unit::{BaseUnit, DisplayUnit, Unit, units};
 pub use values::Values;
 

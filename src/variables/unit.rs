@@ -1,6 +1,6 @@
 //! Units.
 
-use super::kept;
+use super::table_cache;
 
 /// Exponents of the SI base units kg, m, s, A, K, mol, cd and rad.
 pub type BaseUnit = [i8; 8];
@@ -33,7 +33,7 @@ impl Unit {
         let mut base = self.base;
         base[2] -= 1;
         let known = units::ALL.iter().find(|unit| unit.base == base);
-        let other = || Self { name: kept::lent_name(&format!("{}/s", self.name)), base, display: &[] };
+        let other = || Self { name: table_cache::lent_name(&format!("{}/s", self.name)), base, display: &[] };
         known.copied().unwrap_or_else(other)
     }
 }

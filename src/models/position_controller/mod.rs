@@ -25,8 +25,8 @@ use crate::model::{Course, Experiment, Functions, Model, Panel, Signal, Start};
 use crate::numbers::{Real, Scalar, Tangent, Varying, sign};
 use crate::sensitivity::{Along, Crossing, NoDerivative, Varied};
 use crate::solver::StepError;
-use crate::system::{Held, Kept, Sample, kept as kept_numbers, varied};
-use crate::variables::{Meaning, ParameterError, ParameterSet, Table, Tunable, Variable, kept, units};
+use crate::system::{Held, Kept, Sample, kept, varied};
+use crate::variables::{Meaning, ParameterError, ParameterSet, Table, Tunable, Variable, table_cache, units};
 use crate::{enumeration, inputs, outputs, parameters};
 
 /// The model as the library offers it.
@@ -34,7 +34,7 @@ pub const MODEL: Model = Model {
     name: "PositionController",
     description: "Sampled position controller for a pneumatic cylinder with a proportional valve",
     functions: Functions {
-        table: || kept::lent(TypeId::of::<PositionController<Real>>(), make_table),
+        table: || table_cache::lent(TypeId::of::<PositionController<Real>>(), make_table),
         shared_table: table,
         snapshot_size: 2 * size_of::<Memory<Real>>() + 64,
         indicators: Vec::new,
@@ -72,7 +72,7 @@ pub const MODEL: Model = Model {
 
 /// The table of the model.
 fn table() -> Arc<Table> {
-    kept::shared(TypeId::of::<PositionController<Real>>(), make_table)
+    table_cache::shared(TypeId::of::<PositionController<Real>>(), make_table)
 }
 
 fn make_table() -> Table {
@@ -424,7 +424,7 @@ impl Varied for PositionController<Tangent> {
     }
 
     fn memory(&self) -> Vec<Kept> {
-        kept_numbers(&self.memory.last)
+        kept(&self.memory.last)
     }
 
     fn crossings(&self) -> Vec<Crossing> {
