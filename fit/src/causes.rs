@@ -31,7 +31,7 @@ const SAME: f64 = 0.95;
 const STEP: f64 = 0.05;
 /// Delays and lags in s that are tried: their effect is not in proportion to them.
 const TIMES: [f64; 4] = [0.003, 0.01, 0.02, 0.04];
-/// A pressure that is off by so many Pa, within a share of it, counts from the atmosphere.
+/// Offset of a pressure in Pa, within a share of it, that counts from the atmosphere.
 const ATMOSPHERE: f64 = 101_325.0;
 const NEAR: f64 = 0.2;
 /// Settings that a rig may have otherwise than they are given.
@@ -232,7 +232,7 @@ impl<'a> Search<'a> {
         Ok(found)
     }
 
-    /// What a candidate explains, if its effect is in proportion to a step; nothing where it has no effect of its own.
+    /// The share that a candidate explains, if its effect is in proportion to a step; nothing without an effect of its own.
     fn explained(&self, parameter: &Parameter, first: f64, step: f64, run: &[f64]) -> Option<Candidate> {
         let moved =
             run.iter().zip(&self.differences).zip(&self.weights).map(|((run, own), weight)| (run - own) * weight);

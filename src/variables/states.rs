@@ -77,7 +77,7 @@ macro_rules! states {
         pub const $state: [Self; $count] = Self::row($($first)*);
         $crate::states! { @places [$($first)* + $count] $($others)* }
     };
-    // What every set of states has.
+    // Interface of every set of states.
     (@set $name:ident of $parameters:ty) => {
         impl $crate::variables::StateSet<$parameters> for $name {
             const ALL: &'static [Self] = Self::ALL;

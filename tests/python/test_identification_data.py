@@ -68,7 +68,7 @@ def test_tribometer_tells_laws_whose_presliding_fits_from_others() -> None:
 
     data = tribometer(DATA / "presliding" / "tribometer.csv", every=20)
     fits = ranking(data, ["MaxwellSlip", "GMS", "Leuven", "DNLRX", "LuGre", "BlimanSorine"])
-    # What ten elastic elements by non-negative least squares leave of the second half.
+    # Residual of the second half under ten elastic elements by non-negative least squares.
     reference = 0.159
     good = {found.law for found in fits if found.validation_rms["frictionForce"] < reference}
     assert good == {"MaxwellSlip", "GMS", "Leuven", "DNLRX"}

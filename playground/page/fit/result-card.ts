@@ -8,7 +8,7 @@ import type { Answer, Course, Estimate } from "./fit";
 import { SIGNALS, type Signal } from "./signals";
 import type { FitContext, Found } from "./study";
 
-/** How many points of a line are drawn at most. */
+/** Most points of a drawn line. */
 const DRAWN = 4000;
 /** Units of the signals in charts, by SI unit. */
 const SHOWN: Record<string, [string, number]> = { m: ["mm", 1e3], "m/s": ["mm/s", 1e3], Pa: ["bar", 1e-5] };

@@ -20,7 +20,7 @@ export interface Found {
   table: Table;
 }
 
-/** What can be chosen about how the data are used. */
+/** Choices of the use of the data. */
 export interface Choices {
   holdOut: number;
   starts: number;
@@ -57,7 +57,7 @@ export class Study {
   problem: string | null = null;
   /** The last fit, with what was asked. */
   found: Found | null = null;
-  /** What shows all this. */
+  /** View of all this. */
   shown: () => void = () => {};
   /** View of the progress. */
   progressed: () => void = () => {};

@@ -52,7 +52,7 @@ OF_BENCH = {
     "motion": {"area": "m2", "friction.kappaA": "1/Pa", "friction.direction.factor": "1"},
     "force": {"incline": "rad", "spring": "N/m", "springRest": "m", "friction.direction.factor": "1"},
 }
-"""What a test bench has that its model does not."""
+"""Properties of a test bench that its model does not have."""
 INPUTS = ("held", "lines")
 MOST_LAW_ERROR = 2.0
 """A law that is expected to be off by more says nothing."""

@@ -25,11 +25,14 @@ LEAP = 10.0
 LOUD = 20.0
 """And than the noise."""
 DROPPED, STEADY = 2.5, 0.5
-"""Where steps near it are alike, the least at least this share of the largest, a leap of so many times these is enough:
-no mass is that fast for one sample."""
+"""Least step over the largest near a leap, where steps are alike; a leap by this ratio is then enough.
+
+No mass is that fast for one sample.
+"""
 ABRUPT, AHEAD, COARSE = 0.7, 5, 4.0
-"""A position that leaves its end, in so many samples and by so many of its smallest steps, with this share of the way
-in as many samples after them, was there at speed: it was clipped."""
+"""Share of the way, samples, and smallest steps of a position that leaves its end at speed: it was clipped.
+
+The share is compared with the way in as many samples after them."""
 QUICK = 5e-3
 """Between samples farther apart, in s, a carriage that has rested may well be at speed."""
 SMALL = 0.01

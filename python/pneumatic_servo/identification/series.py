@@ -39,7 +39,7 @@ ROUNDS = 20
 ENDED = 1e-7
 """Relative change of the cost at which it ends."""
 HALVINGS = 8
-"""How often a step that does not lower the cost is halved."""
+"""Halvings of a step that does not lower the cost."""
 TAKEN = ("columns", "encoding", "settings", "seed", "starts", "rated", "width", "play", "segment", "window", "inputs",
          "workers", "executor", "cluster", "progress")  # fmt: skip
 """Options of a fit that one of a series has, too."""

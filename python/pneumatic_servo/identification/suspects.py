@@ -38,13 +38,13 @@ SETTINGS = {
     "force": ("mass", "friction.direction.factor"),
     "motion": ("friction.direction.factor",),
 }
-"""What a machine may have otherwise than it is given."""
+"""Settings that a machine may have otherwise than given."""
 MODELS = ("EnergyBalance", "Isothermal", "Polytropic", "PolytropicServo")
 """Thermal models that are tried for each other."""
 CLOCKED = ("rig", "pneumatic", "mechanical", "force")
 """Experiments in which more than friction depends on time."""
 STEP, CLOCK, ROUNDS = 0.05, 0.01, 2
-"""What is tried of a setting: a logarithm, or a share of its magnitude; of a clock; and how often that is refined."""
+"""Tried change of a setting: a logarithm, or a share of its magnitude; of a clock; and the number of refinements."""
 SURE, OFF = 10.0, 0.005
 """Half intervals, and share, by which a clock is off that is named although little more than noise is left."""
 SAME = 0.95

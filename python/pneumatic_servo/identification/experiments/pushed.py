@@ -15,9 +15,9 @@ from pneumatic_servo.identification.smoothing import noise, smooth
 Array = NDArray[np.float64]
 
 FACTOR = "friction.direction.factor"
-"""Friction outwards over that inwards."""
+"""Friction outwards over friction inwards."""
 RESTING = 8.0
-"""A smoothed velocity within so many times the noise of its readings is one at rest."""
+"""Multiple of the noise of its readings within which a smoothed velocity is at rest."""
 
 
 class Pushed(Experiment):
