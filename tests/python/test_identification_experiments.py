@@ -349,7 +349,7 @@ def test_beginning_with_and_without() -> None:
         ("force", ["force"], {}, {}, "experiment='force' needs a column for position or velocity"),
         ("force", ["position"], {}, {}, "experiment='force' needs columns for time, force; force is missing"),
         ("force", ["position", "force"], {"incline": 0.1}, {"is_rotating": True},
-         "settings='incline': a machine that rotates has none; its mass is an inertia"),
+         "settings='incline': a rotating machine has none; its mass is an inertia"),
         ("force", ["velocity", "force"], {"spring": 1.0}, {},
          "settings='spring': a spring needs a column for position"),
         ("force", ["velocity", "force"], {"springRest": 1.0}, {},

@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 from bounds import assert_close
 from numpy.typing import NDArray
-from pneumatic_servo.identification import doubts, free_form
-from pneumatic_servo.identification.doubts import Doubt, doubt
+from pneumatic_servo.identification import free_form, sensor_faults
 from pneumatic_servo.identification.experiments import EXPERIMENTS, Experiment, Options
 from pneumatic_servo.identification.free_form import FreeForm
 from pneumatic_servo.identification.sensor import Sensor
+from pneumatic_servo.identification.sensor_faults import Doubt, doubt
 from pneumatic_servo.identification.signals import Units
 
 Array = NDArray[np.float64]
@@ -63,7 +63,7 @@ def asked(
     experiment.use(["time", "position", "velocity", "force"])
     given = {name: trace / WEIGHTS for name, trace in traces.items()}
     problem = Straight(experiment, left / WEIGHTS, given)
-    monkeypatch.setattr(doubts, "sensitivities", lambda of, x: ((FREE / WEIGHTS)[:, None], problem.left))
+    monkeypatch.setattr(sensor_faults, "sensitivities", lambda of, x: ((FREE / WEIGHTS)[:, None], problem.left))
     fit: Any = SimpleNamespace(problem=problem, x=np.array([7.0]), rms={"position": 1.0, "velocity": 0.0})
     residuals: Any = SimpleNamespace(noise=lambda signal: noise)
     return doubt(fit, residuals)

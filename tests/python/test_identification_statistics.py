@@ -11,8 +11,16 @@ import pneumatic_servo as ps
 import pytest
 from bounds import assert_close
 from numpy.typing import NDArray
+from pneumatic_servo.identification.condition_prediction import (
+    Left,
+    _foretold,
+    _likelihood,
+    _measured,
+    _noise,
+    _quantile,
+    _Seen,
+)
 from pneumatic_servo.identification.evidence import evidence
-from pneumatic_servo.identification.foretold import Left, _foretold, _likelihood, _measured, _noise, _quantile, _Seen
 from pneumatic_servo.identification.recorder import LONG, clipped
 from pneumatic_servo.identification.sampling import FREEDOM, Proposal, _r_hat
 from scipy.linalg import null_space

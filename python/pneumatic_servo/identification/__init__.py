@@ -8,6 +8,7 @@
 
 from pneumatic_servo.identification.band import Band
 from pneumatic_servo.identification.cross_validation import CrossValidation
+from pneumatic_servo.identification.discrimination import Telling
 from pneumatic_servo.identification.evidence import Evidence
 from pneumatic_servo.identification.experiments import EXPERIMENTS, Options
 from pneumatic_servo.identification.fitted import Estimate
@@ -17,7 +18,6 @@ from pneumatic_servo.identification.planning import Plan, plan
 from pneumatic_servo.identification.posterior import Posterior
 from pneumatic_servo.identification.result import Fit
 from pneumatic_servo.identification.series import Series, fit_series
-from pneumatic_servo.identification.telling import Telling
 
 __all__ = [
     "EXPERIMENTS", "Band", "CrossValidation", "Estimate", "Evidence", "Fit", "Options", "Plan", "Posterior", "Ranking",

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pneumatic_servo.argument_names import quoted
 from pneumatic_servo.identification.kinds import measured_speed
 from pneumatic_servo.identification.problem import Problem
 from pneumatic_servo.identification.records import Record
 from pneumatic_servo.identification.smoothing import fastest
-from pneumatic_servo.words import said
 
 SAME = 0.1
 """Values that differ by less than this share are those of one condition."""
@@ -80,16 +80,16 @@ def conditions(problem: Problem, records: list[Record], quantity: str) -> list[C
     else:
         found = _by_quantity(problem, records, quantity)
     if len(found) < 2:
-        raise ValueError(f"{said('cross_validate', quantity)}: there is only one condition, {found[0].name}")
+        raise ValueError(f"{quoted('cross_validate', quantity)}: there is only one condition, {found[0].name}")
     return found
 
 
 def _by_quantity(problem: Problem, records: list[Record], quantity: str) -> list[Condition]:
     if quantity not in QUANTITIES:
-        raise ValueError(f"{said('cross_validate', quantity)}: it must be record, {', '.join(QUANTITIES)}")
+        raise ValueError(f"{quoted('cross_validate', quantity)}: it must be record, {', '.join(QUANTITIES)}")
     signals, unit, of = QUANTITIES[quantity]
     if not problem.experiment.signals & set(signals):
-        raise ValueError(f"{said('cross_validate', quantity)}: {' or '.join(signals)} was not measured")
+        raise ValueError(f"{quoted('cross_validate', quantity)}: {' or '.join(signals)} was not measured")
     values = [of(record) for record in records]
     own = np.array([values[_whole(records, window.record)] for window in problem.windows])
     order = np.argsort(own, kind="stable")

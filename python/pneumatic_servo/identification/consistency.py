@@ -7,11 +7,11 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from pneumatic_servo.argument_names import quoted
 from pneumatic_servo.errors import warn
 from pneumatic_servo.identification.experiments import Experiment, Window
 from pneumatic_servo.identification.experiments.cylinder import OfCylinder
 from pneumatic_servo.identification.smoothing import slope, smooth
-from pneumatic_servo.words import said
 
 Array = NDArray[np.float64]
 
@@ -80,7 +80,7 @@ def _check_chambers(experiment: OfCylinder, windows: Sequence[Window], speed: Ar
         warn(
             "the pressures work against the motion: the position falls when chamberA.pressure is the higher one; are "
             "the chambers swapped, or does the position count from the other end? Then write position=-column, and by "
-            f"{said('settings')} offset.position = -cylinder.stroke"
+            f"{quoted('settings')} offset.position = -cylinder.stroke"
         )
 
 
@@ -92,7 +92,7 @@ def _check_voltage(experiment: Experiment, windows: Sequence[Window], speed: Arr
     if size > 0.0 and float(opening @ speed) / size < AGAINST:
         warn(
             "the position falls when valveVoltage is above 5 V: is the sign of one of them turned, or are the hoses "
-            f"crossed? {said('settings', {'gain.valveVoltage': -1, 'offset.valveVoltage': 10})} turns the voltage"
+            f"crossed? {quoted('settings', {'gain.valveVoltage': -1, 'offset.valveVoltage': 10})} turns the voltage"
         )
 
 

@@ -19,9 +19,9 @@ from numpy.typing import NDArray
 
 from pneumatic_servo.figures import BLUE, STYLE, VERMILION, WIDTH, Drawing
 from pneumatic_servo.files import write_csv
+from pneumatic_servo.identification.condition_prediction import Foretold, Left, foretell
 from pneumatic_servo.identification.conditions import Condition
 from pneumatic_servo.identification.experiments import Experiment
-from pneumatic_servo.identification.foretold import Foretold, Left, foretell
 from pneumatic_servo.identification.problem import Problem
 from pneumatic_servo.identification.ranges import Ranges, asked_of
 from pneumatic_servo.identification.signals import SLIDING, Units

@@ -11,17 +11,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pneumatic_servo import checks, effects, values
+from pneumatic_servo.argument_names import quoted
 from pneumatic_servo.errors import warn
 from pneumatic_servo.identification import recorder
+from pneumatic_servo.identification.condition_prediction import USUAL
 from pneumatic_servo.identification.conditions import Condition, conditions
 from pneumatic_servo.identification.consistency import compare
 from pneumatic_servo.identification.cross_validation import cross_validate as cross_validate_by
 from pneumatic_servo.identification.experiments import EXPERIMENTS, Experiment, Options
 from pneumatic_servo.identification.fitted import Estimate
-from pneumatic_servo.identification.foretold import USUAL
 from pneumatic_servo.identification.guess import started
 from pneumatic_servo.identification.intervals import Certainty, certainty, hidden
-from pneumatic_servo.identification.memory import from_balance
 from pneumatic_servo.identification.parameters import Free, parse, split, usual
 from pneumatic_servo.identification.plausibility import assumed, check_known_pressures, checked, judged
 from pneumatic_servo.identification.problem import FAILED, Problem
@@ -32,12 +32,12 @@ from pneumatic_servo.identification.signals import SIGNALS, SLIDING, Units, star
 from pneumatic_servo.identification.solve import Solution, solve, with_likely_sensors
 from pneumatic_servo.identification.table import Column, Measured, columns_of, listed, measured
 from pneumatic_servo.identification.watch import Told, Watch, told
+from pneumatic_servo.identification.whole_records import from_balance
 from pneumatic_servo.model import Model, Parameters
 from pneumatic_servo.names import did_you_mean, renamed
 from pneumatic_servo.unfinished import Interrupted
 from pneumatic_servo.units import has_unit
 from pneumatic_servo.variables import Value
-from pneumatic_servo.words import said
 
 Array = NDArray[np.float64]
 Data = Any
@@ -221,23 +221,23 @@ def _fit(
         checks.whole_number(name, number, least=0)
     if _positive("law_error", law_error) > MOST_LAW_ERROR:
         raise ValueError(
-            f"{said('law_error', law_error)}: it is a share of at most {MOST_LAW_ERROR:g}; did you mean "
+            f"{quoted('law_error', law_error)}: it is a share of at most {MOST_LAW_ERROR:g}; did you mean "
             f"{0.01 * law_error:g}?"
         )
     checks.submits("executor", executor)
     if workers is not None:
         checks.whole_number("workers", workers, least=1)
     if not values.is_number(validation) or not 0.0 <= validation < 1.0:
-        raise ValueError(f"{said('validation', validation)}: it must be at least 0 and below 1")
+        raise ValueError(f"{quoted('validation', validation)}: it must be at least 0 and below 1")
     if inputs not in INPUTS:
-        raise ValueError(f"{said('inputs', inputs)}: it must be {' or '.join(INPUTS)}")
+        raise ValueError(f"{quoted('inputs', inputs)}: it must be {' or '.join(INPUTS)}")
     if loss not in LOSSES:
-        raise ValueError(f"{said('loss', loss)}: it must be one of {', '.join(LOSSES)}")
+        raise ValueError(f"{quoted('loss', loss)}: it must be one of {', '.join(LOSSES)}")
     if intervals not in ("jacobian", "profile", "bootstrap"):
-        raise ValueError(f"{said('intervals', intervals)}: it must be jacobian, profile or bootstrap")
+        raise ValueError(f"{quoted('intervals', intervals)}: it must be jacobian, profile or bootstrap")
     if posterior:
         if loss != "linear":
-            raise ValueError(f"{said('posterior')}: the loss {loss} is none of a likelihood; use linear")
+            raise ValueError(f"{quoted('posterior')}: the loss {loss} is none of a likelihood; use linear")
         emcee_of()
     check_names(experiment, law)
     read = columns_of(columns) if columns is not None else None
@@ -306,7 +306,7 @@ def _told_early(problem: Problem, watch: Watch) -> list[str]:
         return []
     told = (
         f"at the start values the data do not tell {', '.join(names)}: what is found may be anything; where a value is "
-        f"known, give it by {said('settings')}"
+        f"known, give it by {quoted('settings')}"
     )
     watch.say(told)
     return [told]
@@ -337,7 +337,7 @@ def _units(
     stated = [(signal, si, where) for source in sources for signal, (si, where) in source.stated.items()]
     given = dict(settings) if isinstance(settings, Mapping) else {}
     words = split(fit) if isinstance(fit, str) else checks.names("fit", fit)
-    given |= {f"{said('fit')}: {name}": text for name, text in starts_of(words)}
+    given |= {f"{quoted('fit')}: {name}": text for name, text in starts_of(words)}
     return told_units(experiment, stated, given)
 
 
@@ -345,15 +345,15 @@ def check_names(name: str, law: str) -> None:
     """Refuse an experiment or a law that there is not."""
     if name not in EXPERIMENTS:
         raise ValueError(
-            f"{said('experiment', name)}: it must be one of {', '.join(EXPERIMENTS)}"
+            f"{quoted('experiment', name)}: it must be one of {', '.join(EXPERIMENTS)}"
             f"{did_you_mean(str(name), EXPERIMENTS)}"
         )
     if not isinstance(law, str | int):
-        raise ValueError(f"{said('law', law)}: it must be the name of one law; compare_fits fits several")
+        raise ValueError(f"{quoted('law', law)}: it must be the name of one law; compare_fits fits several")
     laws = EXPERIMENTS[name](law, {}, Options()).table.parameters["friction.law"].items
     if law not in laws:
         hint = did_you_mean(str(law), laws)
-        raise ValueError(f"{said('law', law)}: there is no such law{hint}; there are {', '.join(laws)}")
+        raise ValueError(f"{quoted('law', law)}: there is no such law{hint}; there are {', '.join(laws)}")
 
 
 def make_experiment(
@@ -366,7 +366,7 @@ def make_experiment(
     known = _known(name, table, settings, units)
     if known.get("friction.law", law) != law:
         raise ValueError(
-            f"{said('law', law)}: the law is given twice, by {said('settings')} as {known['friction.law']}"
+            f"{quoted('law', law)}: the law is given twice, by {quoted('settings')} as {known['friction.law']}"
         )
     beside = {key: value for key, value in known.items() if key not in table.variables}
     own = {key: value for key, value in known.items() if key in table.variables}
@@ -378,7 +378,7 @@ def _check_sensors(experiment: Experiment) -> None:
     for name in experiment.settings:
         if name in OF_SENSORS and name not in experiment.beside:
             there = ", ".join(dict.fromkeys(known.partition(".")[2] for known in experiment.beside if "." in known))
-            raise ValueError(f"{said('settings', name)}: only sensors of {there} have a part in this experiment")
+            raise ValueError(f"{quoted('settings', name)}: only sensors of {there} have a part in this experiment")
 
 
 def _known(name: str, table: Model, settings: Parameters | None, units: Units) -> dict[str, Value]:
@@ -390,7 +390,7 @@ def _known(name: str, table: Model, settings: Parameters | None, units: Units) -
     for key in own:
         if key not in table.variables:
             hint = did_you_mean(str(key), table.variables)
-            raise ValueError(f"{said('settings', key)}: there is no such parameter of {table.name}{hint}")
+            raise ValueError(f"{quoted('settings', key)}: there is no such parameter of {table.name}{hint}")
         unit = table.variables[key].unit
         if units.of(unit) != unit and has_unit(own[key]):
             own[key] = values.number_in(units.of(unit), key, own[key])
@@ -415,19 +415,21 @@ def free_parameters(experiment: Experiment, given: str | Sequence[str]) -> list[
     names = [parameter.name for parameter in free]
     for name in names:
         if names.count(name) > 1:
-            raise ValueError(f"{said('fit')}: {name} is given twice")
+            raise ValueError(f"{quoted('fit')}: {name} is given twice")
         need = effects.reason_for(
             experiment.table.variables, {**experiment.settings, "friction.law": experiment.law}, name
         )
         if need:
-            raise ValueError(f"{said('fit', name)}: it has no effect here, since it counts only with {need}")
+            raise ValueError(f"{quoted('fit', name)}: it has no effect here, since it counts only with {need}")
         if name in experiment.settings:
-            raise ValueError(f"{said('fit', name)}: it is also among the known values of {said('settings')}")
+            raise ValueError(f"{quoted('fit', name)}: it is also among the known values of {quoted('settings')}")
     if not free:
-        raise ValueError(f"{said('fit')}: nothing is free")
+        raise ValueError(f"{quoted('fit')}: nothing is free")
     missing = next((name for name in experiment.unknown if name not in {*names, *experiment.settings}), None)
     if missing is not None:
-        raise ValueError(f"{said('fit')}: {missing} has no default; it must be free, or known by {said('settings')}")
+        raise ValueError(
+            f"{quoted('fit')}: {missing} has no default; it must be free, or fixed by {quoted('settings')}"
+        )
     return free
 
 
@@ -519,11 +521,11 @@ def _aic(problem: Problem, x: Array) -> float:
 
 def _not_negative(name: str, value: float) -> float:
     if not value >= 0.0 or not np.isfinite(value):
-        raise ValueError(f"{said(name, value)}: it must not be negative")
+        raise ValueError(f"{quoted(name, value)}: it must not be negative")
     return value
 
 
 def _positive(name: str, value: float) -> float:
     if not value > 0.0 or not np.isfinite(value):
-        raise ValueError(f"{said(name, value)}: it must be positive")
+        raise ValueError(f"{quoted(name, value)}: it must be positive")
     return value

@@ -9,18 +9,18 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from pneumatic_servo.argument_names import quoted
 from pneumatic_servo.checks import names
 from pneumatic_servo.files import write_csv
+from pneumatic_servo.identification.discrimination import Telling, telling
 from pneumatic_servo.identification.evidence import Evidence, evidence
 from pneumatic_servo.identification.experiments import EXPERIMENTS, Options
 from pneumatic_servo.identification.fitting import Data, fit, make_experiment
 from pneumatic_servo.identification.parameters import named_by, split, usual
 from pneumatic_servo.identification.result import Fit
 from pneumatic_servo.identification.signals import told_units
-from pneumatic_servo.identification.telling import Telling, telling
 from pneumatic_servo.run import table
 from pneumatic_servo.unfinished import Interrupted
-from pneumatic_servo.words import said
 
 COLUMNS = ["law", "converged", "free", "rms", "hold-out rms", "AIC"]
 
@@ -156,12 +156,12 @@ def compare_fits(
     """
     laws = names("laws", laws)
     if not laws:
-        raise ValueError(f"{said('laws')}: name at least one law")
+        raise ValueError(f"{quoted('laws')}: name at least one law")
     if not all(laws):
-        raise ValueError(f"{said('laws', ','.join(laws))}: a law between the commas is empty")
+        raise ValueError(f"{quoted('laws', ','.join(laws))}: a law between the commas is empty")
     twice = next((law for law in laws if laws.count(law) > 1), None)
     if twice is not None:
-        raise ValueError(f"{said('laws')}: {twice} is given twice")
+        raise ValueError(f"{quoted('laws')}: {twice} is given twice")
     for argument, given in (("fit_of", fit_of), ("settings_of", settings_of)):
         other = next((law for law in given or () if law not in laws), None)
         if other is not None:

@@ -9,13 +9,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from pneumatic_servo.argument_names import quoted
 from pneumatic_servo.identification.signals import SLIDING, Units
 from pneumatic_servo.model import Model
 from pneumatic_servo.names import did_you_mean
 from pneumatic_servo.numerals import finite
 from pneumatic_servo.units import has_unit, written
 from pneumatic_servo.variables import Value, Variable
-from pneumatic_servo.words import said
 
 Array = NDArray[np.float64]
 
@@ -101,7 +101,7 @@ def parse(
     """Read `NAME[=start][:low:high]`."""
     head, *bounds = word.split(":")
     name, equals, start = head.partition("=")
-    where = said("fit", word)
+    where = quoted("fit", word)
     if len(bounds) not in (0, 2) or not name.strip():
         raise ValueError(f"{where}: it must be NAME[=start][:low:high]")
     free = free_of(name.strip(), model, compared, beside, where)
@@ -214,7 +214,7 @@ def group_of(law: str, model: Model) -> str:
     laws = model.parameters["friction.law"].items
     if law not in laws:
         raise ValueError(
-            f"{said('law', law)}: there is no such law{did_you_mean(str(law), laws)}; there are {', '.join(laws)}"
+            f"{quoted('law', law)}: there is no such law{did_you_mean(str(law), laws)}; there are {', '.join(laws)}"
         )
     own = (name for name, variable in model.parameters.items() if variable.counts_for == ("friction.law", law))
     return next(own, "").rpartition(".")[0]

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from pneumatic_servo import checks
 from pneumatic_servo import progress as shown_progress
 from pneumatic_servo import values as quantities
+from pneumatic_servo.argument_names import quoted
 from pneumatic_servo.files import write_csv
 from pneumatic_servo.identification.compression import triangle
 from pneumatic_servo.identification.experiments import Experiment, Options
@@ -29,7 +30,6 @@ from pneumatic_servo.model import Parameters
 from pneumatic_servo.names import did_you_mean
 from pneumatic_servo.tasks import cancel
 from pneumatic_servo.unfinished import Interrupted
-from pneumatic_servo.words import said
 
 Array = NDArray[np.float64]
 
@@ -168,7 +168,7 @@ def plan(
     {'friction.coulomb.Fc': True, 'friction.coulomb.sigma2': True}
     """
     if experiment not in ("rig", "motion"):
-        raise ValueError(f"{said('experiment', experiment)}: a plan can be made for rig or motion")
+        raise ValueError(f"{quoted('experiment', experiment)}: a plan can be made for rig or motion")
     time, driven, courses = excitations(experiment, duration, step, stroke)
     kind = sensed(experiment, law, settings)
     free = free_parameters(kind, fit)
@@ -213,11 +213,11 @@ def excitations(experiment: str, duration: float, step: float, stroke: float) ->
         raise ValueError(f"duration {duration} s and step {step} s: there must be at least 100 samples")
     if stroke > LONGEST:
         raise ValueError(
-            f"{said('stroke', stroke)} m: it must be at most {LONGEST:g} m; did you mean {stroke:g} mm, which is "
+            f"{quoted('stroke', stroke)} m: it must be at most {LONGEST:g} m; did you mean {stroke:g} mm, which is "
             f"{1e-3 * stroke:g} m?"
         )
     if not stroke > 0.0:
-        raise ValueError(f"{said('stroke', stroke)} m: it must be positive")
+        raise ValueError(f"{quoted('stroke', stroke)} m: it must be positive")
     time = np.arange(round(duration / step) + 1, dtype=np.float64) * step
     if experiment == "rig":
         return time, "valveVoltage", voltages(time)
@@ -272,7 +272,7 @@ def noises_of(given: Mapping[str, Any]) -> dict[str, float]:
         if signal not in NOISE:
             hint = did_you_mean(str(signal), NOISE)
             raise ValueError(
-                f"{said('noise', signal)}: there is no signal {signal}{hint}; there are {', '.join(NOISE)}"
+                f"{quoted('noise', signal)}: there is no signal {signal}{hint}; there are {', '.join(NOISE)}"
             )
         unit = SIGNALS[signal]
         size = quantities.number_in(unit, f"noise of {signal}", value)

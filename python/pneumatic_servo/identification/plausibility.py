@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 
+from pneumatic_servo.argument_names import quoted
 from pneumatic_servo.errors import warn
 from pneumatic_servo.identification.experiments import Experiment
 from pneumatic_servo.identification.experiments.cylinder import OfCylinder
@@ -17,7 +18,6 @@ from pneumatic_servo.identification.smoothing import noise
 from pneumatic_servo.identification.table import Measured
 from pneumatic_servo.plant_warnings import warn_saturation
 from pneumatic_servo.units import scale
-from pneumatic_servo.words import said
 
 Array = NDArray[np.float64]
 
@@ -82,7 +82,7 @@ def assumed(experiment: Experiment, free: Sequence[str]) -> list[str]:
         assert isinstance(supply, float)
         warn(
             f"supplyPressure = {supply:g} Pa is assumed, since it was neither measured nor given; give it by "
-            f"{said('settings')}, for example supplyPressure = 6 bar"
+            f"{quoted('settings')}, for example supplyPressure = 6 bar"
         )
     names = [name for name in MACHINE.get(experiment.name, ()) if name not in known]
     if not names:
@@ -169,9 +169,9 @@ def _check_voltage(experiment: Experiment, source: Measured, low: float, high: f
     if high > 1000.0:
         warn(f"{told}; are these mV? then write valveVoltage=...[mV]")
     elif high > 20.0:
-        warn(f"{told}; is it in percent? then {said('settings', {'gain.valveVoltage': 0.1})} makes volts of it")
+        warn(f"{told}; is it in percent? then {quoted('settings', {'gain.valveVoltage': 0.1})} makes volts of it")
     elif low < -0.5 and high < 5.5:
-        warn(f"{told}; does it count from the middle? then {said('settings', {'offset.valveVoltage': -5})} moves it")
+        warn(f"{told}; does it count from the middle? then {quoted('settings', {'offset.valveVoltage': -5})} moves it")
     else:
         warn_saturation(experiment.table.variables["valveVoltage"], low, high)
 
@@ -181,7 +181,7 @@ def check_known_pressures(experiment: Experiment) -> None:
     supply = experiment.settings.get("supplyPressure")
     if isinstance(experiment, OfCylinder) and supply is not None and float(supply) < EMPTY:
         raise ValueError(
-            f"{said('settings', {'supplyPressure': supply})}: pressures are absolute and in Pa; did you mean "
+            f"{quoted('settings', {'supplyPressure': supply})}: pressures are absolute and in Pa; did you mean "
             f"{supply:g} bar, which is {1e5 * float(supply):g} Pa?"
         )
 
@@ -244,7 +244,7 @@ def _without_outliers(source: Measured, loss: str, units: Units) -> tuple[Measur
         if loss == "linear":
             raise ValueError(
                 f"{told}; correct or remove what is no measurement, or let a robust loss bridge it, "
-                f"{said('loss', 'soft_l1')}"
+                f"{quoted('loss', 'soft_l1')}"
             )
         notes.append(f"{told}; it is bridged")
         bridged = values.copy()

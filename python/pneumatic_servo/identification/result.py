@@ -15,11 +15,11 @@ from numpy.typing import ArrayLike
 
 from pneumatic_servo import checks
 from pneumatic_servo.files import whole
-from pneumatic_servo.identification.doubts import Doubt, doubt, sized
 from pneumatic_servo.identification.fitted import Fitted
 from pneumatic_servo.identification.free_form import FreeForm, free_form
 from pneumatic_servo.identification.ranges import Ranges
 from pneumatic_servo.identification.residuals import Residuals
+from pneumatic_servo.identification.sensor_faults import Doubt, doubt, sized
 from pneumatic_servo.identification.suspects import Suspect, suspect
 from pneumatic_servo.identification.verdict import Verdict, verdict
 from pneumatic_servo.names import renamed, tell_renamed

@@ -20,6 +20,7 @@ from scipy.special import ndtri
 from scipy.stats import chi2
 
 from pneumatic_servo import checks
+from pneumatic_servo.argument_names import quoted
 from pneumatic_servo.figures import BLUE, GREY, HEIGHT, STYLE, VERMILION, WIDTH, Drawing
 from pneumatic_servo.files import write_csv
 from pneumatic_servo.identification.fitted import Estimate
@@ -30,7 +31,6 @@ from pneumatic_servo.identification.problem import Problem
 from pneumatic_servo.identification.result import Fit
 from pneumatic_servo.identification.solve import jacobian
 from pneumatic_servo.unfinished import Interrupted
-from pneumatic_servo.words import said
 
 Array = NDArray[np.float64]
 
@@ -192,7 +192,7 @@ def fit_series(
         for name, words in (("changing", changing), ("shared", shared))
     )
     if not own:
-        raise ValueError(f"{said('changing')}: name what may change")
+        raise ValueError(f"{quoted('changing')}: name what may change")
     fits: list[Fit] = []
     try:
         for label, data in given.items():

@@ -15,7 +15,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pneumatic_servo import effects
-from pneumatic_servo.identification.doubts import MUCH, explains_nothing, most_explained, without
 from pneumatic_servo.identification.experiments import Experiment
 from pneumatic_servo.identification.fitted import Estimate, Fitted
 from pneumatic_servo.identification.intervals import certainty
@@ -23,6 +22,7 @@ from pneumatic_servo.identification.parameters import OF_LOAD, SPAN, Free, free_
 from pneumatic_servo.identification.problem import Problem
 from pneumatic_servo.identification.residuals import Residuals
 from pneumatic_servo.identification.sensor import Sensor
+from pneumatic_servo.identification.sensor_faults import MUCH, explains_nothing, most_explained, without
 from pneumatic_servo.identification.solve import ROUGH, refine, sensitivities
 
 Array = NDArray[np.float64]

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pneumatic_servo.argument_names import quoted
 from pneumatic_servo.columns import Table, names_and_units
 from pneumatic_servo.identification.signals import SIGNALS, si_of
 from pneumatic_servo.inputs import held_from
@@ -18,7 +19,6 @@ from pneumatic_servo.names import did_you_mean
 from pneumatic_servo.run import Run
 from pneumatic_servo.tables import numbers, of_frame, read_table
 from pneumatic_servo.units import scale
-from pneumatic_servo.words import said
 
 Array = NDArray[np.float64]
 
@@ -41,7 +41,7 @@ class Column:
     @staticmethod
     def of(signal: str, text: str) -> Column:
         """Read `column`, `column[unit]`, or either with a minus before it."""
-        where = said("columns", f"{signal}={text}")
+        where = quoted("columns", f"{signal}={text}")
         if signal not in SIGNALS:
             raise ValueError(
                 f"{where}: there is no signal {signal}{did_you_mean(signal, SIGNALS)}; there are {', '.join(SIGNALS)}"
@@ -61,7 +61,7 @@ class Column:
             if exact:
                 return exact, replace(self, name=text, unit=None, turned=text != self.typed)
         if self.unit is not None:
-            si_of(signal, self.unit, said("columns", f"{signal}={self.typed}"))
+            si_of(signal, self.unit, quoted("columns", f"{signal}={self.typed}"))
         for known in (header, names):
             found = [place for place, one in enumerate(known) if one == self.name]
             if found:
@@ -75,11 +75,11 @@ def columns_of(given: str | Mapping[str, str]) -> dict[str, Column]:
         pairs = [word.partition("=") for word in given.split(",") if word]
         wrong = next((word for word, equals, _ in pairs if not equals), None)
         if wrong is not None:
-            raise ValueError(f"{said('columns', wrong)}: it must be signal=column or signal=column[unit]")
+            raise ValueError(f"{quoted('columns', wrong)}: it must be signal=column or signal=column[unit]")
         names = [name.strip() for name, _, _ in pairs]
         twice = next((name for name in names if names.count(name) > 1), None)
         if twice is not None:
-            raise ValueError(f"{said('columns')}: {twice} is given twice")
+            raise ValueError(f"{quoted('columns')}: {twice} is given twice")
         given = {name.strip(): text for name, _, text in pairs}
     if not isinstance(given, Mapping):
         raise TypeError(f"columns must be a text or a mapping of signals to columns, not {given!r}")
@@ -88,9 +88,9 @@ def columns_of(given: str | Mapping[str, str]) -> dict[str, Column]:
     for signal, column in columns.items():
         first = seen.setdefault(column.typed.removeprefix("-").lstrip(), signal)
         if first != signal:
-            raise ValueError(f"{said('columns')}: {column.name} is given for {first} and for {signal}; which is it?")
+            raise ValueError(f"{quoted('columns')}: {column.name} is given for {first} and for {signal}; which is it?")
     if "time" not in columns:
-        raise ValueError(f"{said('columns')}: no column is given for time, for example time=t")
+        raise ValueError(f"{quoted('columns')}: no column is given for time, for example time=t")
     return columns
 
 
@@ -160,7 +160,7 @@ def _of_mapping(number: int, source: Mapping[str, Any], columns: Mapping[str, Co
         found, column = given.among(signal, header, names)
         if not found:
             raise ValueError(
-                f"{said('columns')}: there is no array {column.name} for {signal}"
+                f"{quoted('columns')}: there is no array {column.name} for {signal}"
                 f"{did_you_mean(column.name, names)}; there are {', '.join(header)}"
             )
         if len(found) > 1:
@@ -171,7 +171,7 @@ def _of_mapping(number: int, source: Mapping[str, Any], columns: Mapping[str, Co
         if unit is not None:
             si = si_of(signal, unit, where)
             times, offset = scale(unit, si, signal)
-            stated[signal] = (si, said("columns", f"{signal}={column.name}[{column.unit}]") if column.unit else where)
+            stated[signal] = (si, quoted("columns", f"{signal}={column.name}[{column.unit}]") if column.unit else where)
         values = times * _numbers(header[found[0]], arrays[found[0]]) + offset
         signals[signal] = -values if column.turned else values
     places = {signal: columns[signal].name for signal in signals}
@@ -218,8 +218,8 @@ def _by_name(table: Table) -> dict[str, Column]:
     if "time" not in found:
         there = ", ".join(table.header)
         raise ValueError(
-            f"{table.file}:{table.first}: there is no column `time`, only {there}; {said('columns')} says which column "
-            "is which signal, for example time=t,position=x[mm]"
+            f"{table.file}:{table.first}: there is no column `time`, only {there}; {quoted('columns')} says "
+            "which column is which signal, for example time=t,position=x[mm]"
         )
     return found
 
@@ -233,7 +233,7 @@ def _unit_of(written: str | None, signal: str, column: Column, where: str) -> st
         return column.unit or written
     si = si_of(signal, written, where)
     if si != si_of(signal, column.unit, where) or scale(written, si, where) != scale(column.unit, si, where):
-        raise ValueError(f"{where}: the table says {written}, {said('columns')} {column.unit}; which is it?")
+        raise ValueError(f"{where}: the table says {written}, {quoted('columns')} {column.unit}; which is it?")
     return column.unit
 
 

@@ -8,13 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from pneumatic_servo.identification.doubts import Doubt
 from pneumatic_servo.identification.fitted import Fitted
 from pneumatic_servo.identification.free_form import FreeForm
 from pneumatic_servo.identification.intervals import at_bounds
 from pneumatic_servo.identification.ranges import Ranges, held_of
 from pneumatic_servo.identification.regimes import Regime, regimes
 from pneumatic_servo.identification.residuals import Residuals
+from pneumatic_servo.identification.sensor_faults import Doubt
 from pneumatic_servo.identification.suspects import SAME, Suspect
 
 Array = NDArray[np.float64]

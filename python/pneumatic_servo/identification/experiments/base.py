@@ -12,12 +12,12 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from pneumatic_servo.argument_names import quoted
 from pneumatic_servo.identification.records import Record
 from pneumatic_servo.identification.signals import SLIDING, Units
 from pneumatic_servo.identification.smoothing import low_pass
 from pneumatic_servo.model import Model
 from pneumatic_servo.variables import Value
-from pneumatic_servo.words import said
 
 Array = NDArray[np.float64]
 Values = Mapping[str, float]
@@ -191,7 +191,7 @@ class Experiment(ABC):
         self.signals = frozenset(signals)
         missing = [signal for signal in self.required if signal not in self.signals]
         if missing:
-            raise ValueError(f"{said('experiment', self.name)} needs columns for {', '.join(self.required)}; "
+            raise ValueError(f"{quoted('experiment', self.name)} needs columns for {', '.join(self.required)}; "
                              f"{', '.join(missing)} is missing")  # fmt: skip
 
     @property
@@ -341,7 +341,7 @@ class Experiment(ABC):
         parts = [record.part(first, last) for first, last in pairwise(cuts) if last - first >= SHORTEST]
         if not parts:
             raise ValueError(
-                f"{said('segment', length)} s: no part has {SHORTEST} samples, which are {record.step:g} s apart"
+                f"{quoted('segment', length)} s: no part has {SHORTEST} samples, which are {record.step:g} s apart"
             )
         return parts
 

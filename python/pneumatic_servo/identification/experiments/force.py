@@ -10,6 +10,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from pneumatic_servo.argument_names import quoted
 from pneumatic_servo.identification.experiments import position
 from pneumatic_servo.identification.experiments.base import Beginning, Values, Window
 from pneumatic_servo.identification.experiments.cylinder import GRAVITY, middle
@@ -19,7 +20,6 @@ from pneumatic_servo.identification.records import Record
 from pneumatic_servo.identification.smoothing import fastest, slope, smooth
 from pneumatic_servo.model import Model
 from pneumatic_servo.variables import Value
-from pneumatic_servo.words import said
 
 Array = NDArray[np.float64]
 
@@ -51,12 +51,12 @@ class Force(Pushed):
         """Take notice of what is measured; refuse too little."""
         super().use(signals)  # type: ignore[arg-type]
         if not self.signals & set(COMPARED):
-            raise ValueError(f"{said('experiment', 'force')} needs a column for position or velocity")
+            raise ValueError(f"{quoted('experiment', 'force')} needs a column for position or velocity")
         if self.units.is_rotating and "incline" in self.settings:
-            raise ValueError(f"{said('settings', 'incline')}: a machine that rotates has none; its mass is an inertia")
+            raise ValueError(f"{quoted('settings', 'incline')}: a rotating machine has none; its mass is an inertia")
         for name in ("spring", "springRest"):
             if name in self.settings and "position" not in self.signals:
-                raise ValueError(f"{said('settings', name)}: a spring needs a column for position")
+                raise ValueError(f"{quoted('settings', name)}: a spring needs a column for position")
 
     @property
     def compared(self) -> tuple[str, ...]:

@@ -7,12 +7,12 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
+from pneumatic_servo.argument_names import quoted
 from pneumatic_servo.identification.experiments.base import Experiment, Values, Window
 from pneumatic_servo.identification.records import Record
 from pneumatic_servo.identification.smoothing import follow, noise
 from pneumatic_servo.model import Model
 from pneumatic_servo.variables import Value
-from pneumatic_servo.words import said
 
 Array = NDArray[np.float64]
 
@@ -38,9 +38,9 @@ class Motion(Experiment):
         """Take notice of what is measured; refuse too little."""
         super().use(signals)  # type: ignore[arg-type]
         if not self.signals & {"position", "velocity"}:
-            raise ValueError(f"{said('experiment', 'motion')} needs a column for position or velocity")
+            raise ValueError(f"{quoted('experiment', 'motion')} needs a column for position or velocity")
         if not self.signals & {"frictionForce", "force"}:
-            raise ValueError(f"{said('experiment', 'motion')} needs a column for frictionForce, or for force")
+            raise ValueError(f"{quoted('experiment', 'motion')} needs a column for frictionForce, or for force")
 
     @property
     def compared(self) -> tuple[str, ...]:

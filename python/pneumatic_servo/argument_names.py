@@ -10,7 +10,7 @@ OPTIONS = {"settings": "set"}
 """Options that have another name than the argument."""
 
 
-def said(argument: str, given: object = None) -> str:
+def quoted(argument: str, given: object = None) -> str:
     """Return an argument, with what was given for it: ``law='Lugre'``, or ``--law Lugre`` on the command line.
 
     Several things are given by their names: ``settings={'friction.law': 'Dahl'}``, or ``--set friction.law=Dahl``.

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pneumatic_servo import progress as shown_progress
+from pneumatic_servo.argument_names import quoted
 from pneumatic_servo.identification.experiments import Experiment
 from pneumatic_servo.identification.fitting import free_parameters
 from pneumatic_servo.identification.parameters import Free
@@ -26,7 +27,6 @@ from pneumatic_servo.identification.result import Fit
 from pneumatic_servo.identification.sensor import Sensor
 from pneumatic_servo.identification.solve import ROUGH, refine
 from pneumatic_servo.unfinished import Interrupted
-from pneumatic_servo.words import said
 
 Array = NDArray[np.float64]
 
@@ -79,7 +79,7 @@ def telling(
     """Judge excitations by how well they tell two fits apart; see `Ranking.telling`."""
     name = first.problem.experiment.name
     if name not in ("rig", "motion"):
-        raise ValueError(f"{said('experiment', name)}: what tells laws apart can be planned for rig or motion")
+        raise ValueError(f"{quoted('experiment', name)}: what tells laws apart can be planned for rig or motion")
     time, driven, courses = excitations(name, duration, step, stroke)
     noises = {**NOISE, **noises_of(noise or {})}
     sides = _side(first), _side(second)
