@@ -56,7 +56,7 @@ pub const QUANTITIES: usize = 2;
 /// The largest number of [kinks](System::kinks) of a model.
 pub const MAX_KINKS: usize = 4;
 
-/// All indicators of a model as a solver outside sees them: those of its events, then those of its kinks.
+/// All indicators of a model for an importer's solver: of its events, then of its kinks.
 pub(crate) fn indicators<E: System<U>, const U: usize>() -> Vec<Indicator> {
     [E::indicator_list(), E::kink_list()].concat()
 }
