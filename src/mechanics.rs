@@ -101,7 +101,7 @@ mod tests {
     const STOPS: EndStops = EndStops {
         stroke: Tangent::still(0.5),
         contact: OneSided { stiffness: Tangent::still(1e6), damping: Tangent::still(0.75) },
-        clearances: Tangents { values: [0.02, 0.03], slopes: [0.0; 2] },
+        clearances: Tangents { values: [0.02, 0.03], slopes: [STILL; 2] },
     };
 
     fn force(position: f64, velocity: f64) -> f64 {

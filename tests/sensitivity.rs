@@ -63,6 +63,29 @@ fn stopping_distance_under_coulomb_friction() {
     assert_near(&stop.delays, &[-mass * speed / (friction * friction), mass / friction, speed / friction], 1e-9);
 }
 
+/// Directions that a run carries together have the derivatives that each has alone, through breaking away and stopping; a parameter
+/// that is 0, a state and an input are among them.
+#[test]
+fn directions_do_not_meet() {
+    let names = ["valve.C", "friction.stribeck.Fs", "friction.kappaDifference", "position", "valveVoltage"];
+    let found = |names: &[&str]| {
+        let mut plant = cylinder("Stribeck", 1e-9).start(0.0).expect("starts");
+        plant.carry_sensitivities(names).expect("directions");
+        experiment(&mut plant, 0.7, |_| {});
+        let delays: Vec<Vec<f64>> = plant.crossings().into_iter().map(|crossing| crossing.delays).collect();
+        (of(&mut plant, "position", names.len()), delays)
+    };
+    let (together, delays) = found(&names);
+    assert!(delays.len() > 2, "{delays:?}");
+    for (place, name) in names.iter().enumerate() {
+        let (alone, own) = found(&[name]);
+        assert_near(&[together[place]], &alone, 1e-6);
+        for (delays, own) in delays.iter().zip(own) {
+            assert!((delays[place] - own[0]).abs() <= 1e-6 * own[0].abs() + 1e-12, "{name}: {delays:?}, not {own:?}");
+        }
+    }
+}
+
 /// The bench of the stick-slip cycle that is known in closed form.
 fn stick_slip() -> Setup {
     setup(

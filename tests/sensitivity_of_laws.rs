@@ -1,4 +1,4 @@
-//! Sensitivities under every law, compared with central differences of runs: the table of `docs/sensitivities.md`.
+//! Sensitivities under every law, compared with central differences of runs: the table of `docs/sensitivities-method.md`.
 //!
 //! `SERVO_RECORD=1 cargo test --test sensitivity_of_laws` writes its numbers anew; the last column, why a law is not as close as
 //! others, is written by hand.
@@ -13,7 +13,7 @@ use pneumatic_servo::model::{Plant, Setup};
 use pneumatic_servo::models::pneumatic_servo_cylinder;
 use pneumatic_servo::variables::{Kind, Meaning};
 
-const PAGE: &str = "docs/sensitivities.md";
+const PAGE: &str = "docs/sensitivities-method.md";
 const HEAD: &str = "| law | `valve.C` | `mass.moving` | `supplyPressure` | its own | why more than 1e-5 |";
 /// Parameters of the derivatives under every law; each law also by the first of its own parameters.
 const NAMES: [&str; 3] = ["valve.C", "mass.moving", "supplyPressure"];

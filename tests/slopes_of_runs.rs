@@ -2,7 +2,7 @@
 
 use pneumatic_servo::friction::{Friction, LAWS};
 use pneumatic_servo::models::pneumatic_servo_cylinder::{MODEL, PneumaticServoCylinder};
-use pneumatic_servo::numbers::{Real, Scalar, Tangent, Varying};
+use pneumatic_servo::numbers::{Real, STILL, Scalar, Tangent, Varying};
 use pneumatic_servo::pneumatics::actuator::Actuator;
 use pneumatic_servo::session::{Seeds, Start, build};
 use pneumatic_servo::solver::Run;
@@ -29,17 +29,18 @@ impl Case<'_> {
         let start =
             |name: &str, start: Option<f64>| if name == "friction.law" { f64::from(self.law) } else { start.unwrap() };
         let mut parameters: Vec<f64> = table.parameters().map(|it| start(&it.name, it.start)).collect();
-        let mut slopes = vec![0.0; parameters.len()];
+        let unit = Tangent::varying(0.0, 1.0).slopes;
+        let mut slopes = vec![STILL; parameters.len()];
         let place = table.parameters().position(|it| it.name == self.along);
         if let Some(place) = place {
             parameters[place] += offset;
-            slopes[place] = if S::VARIES { 1.0 } else { 0.0 };
+            slopes[place] = unit;
         }
         let added = if place.is_none() { offset } else { 0.0 };
         let inputs = |step: u32| {
             let time = 1e-3 * f64::from(step);
             let voltage = 5.0 + self.amplitude * (std::f64::consts::TAU * 2.0 * time).sin() + added;
-            [S::with(voltage, if place.is_none() { 1.0 } else { 0.0 }), S::of(0.0), S::of(6e5)]
+            [S::with(voltage, if place.is_none() { unit } else { STILL }), S::of(0.0), S::of(6e5)]
         };
         let first = inputs(0);
         let plain = first.map(S::value);
@@ -67,13 +68,13 @@ impl Case<'_> {
             "law {}",
             self.law
         );
-        if varied.lost().is_some() {
+        if varied.lost(0).is_some() {
             return f64::NAN;
         }
         let [above, below] = [size, -size].map(|offset| self.run::<Real>(steps, offset).state().0.map(Real::value));
         let of = |state: usize| {
             let difference = (above[state] - below[state]) / (2.0 * size);
-            (varied.state().0[state].slope - difference).abs() / difference.abs().max(1e-300)
+            (varied.state().0[state].slopes[0] - difference).abs() / difference.abs().max(1e-300)
         };
         of(N - 2).max(of(N - 1))
     }

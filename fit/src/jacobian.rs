@@ -30,14 +30,14 @@ pub fn sensitivities(
     let downs: Vec<_> = directions.iter().map(|direction| moved(direction, -problem.step)).collect();
     let count = directions.len();
     let both = if is_central { [&ups[..], &downs[..]].concat() } else { ups.clone() };
-    let mut above = problem.simulated.differences(&both, tolerance)?;
+    let mut above = problem.simulated.near(x, &both, tolerance)?;
     let mut below: Vec<Option<Vec<f64>>> = above.split_off(count).into_iter().map(Some).collect();
     below.resize(count, None);
     let tells = |vector: &[f64], run: &[f64]| vector != x && !run.iter().all(|value| value.is_nan());
     let has_above: Vec<bool> = ups.iter().zip(&above).map(|(up, run)| tells(up, run)).collect();
     let lacking: Vec<usize> = (0..count).filter(|index| !is_central && !has_above[*index]).collect();
     let others: Vec<_> = lacking.iter().map(|index| downs[*index].clone()).collect();
-    for (index, run) in lacking.into_iter().zip(problem.simulated.differences(&others, tolerance)?) {
+    for (index, run) in lacking.into_iter().zip(problem.simulated.near(x, &others, tolerance)?) {
         below[index] = Some(run);
     }
     for (run, down) in below.iter_mut().zip(&downs) {

@@ -24,6 +24,15 @@ pub trait Simulated {
     /// # Errors
     /// [`Interrupted`].
     fn differences(&self, vectors: &[Vec<f64>], tolerance: f64) -> Result<Vec<Vec<f64>>, Interrupted>;
+
+    /// The same of vectors near another one, for derivatives there: of a run of each, unless the run at that vector is
+    /// differentiated.
+    ///
+    /// # Errors
+    /// [`Interrupted`].
+    fn near(&self, _x: &[f64], vectors: &[Vec<f64>], tolerance: f64) -> Result<Vec<Vec<f64>>, Interrupted> {
+        self.differences(vectors, tolerance)
+    }
 }
 
 /// A segment of a record, simulated in one go.

@@ -53,19 +53,23 @@ pub struct LeastSquares {
     sensors: Vec<Sensor>,
     step: f64,
     differences: Py<PyAny>,
+    near: Option<Py<PyAny>>,
 }
 
 #[pymethods]
 impl LeastSquares {
     /// Segments are samples, estimated start values and record; `differences` is called with vectors and the solver's tolerance,
-    /// and returns measured minus simulated values of shape (vectors, samples).
+    /// and returns measured minus simulated values of shape (vectors, samples). `near` is called with a vector before these, and
+    /// returns the same by the derivatives of the run there.
     #[new]
+    #[pyo3(signature = (parameters, segments, sensors, step, differences, near=None))]
     fn new(
         parameters: Vec<Free>,
         segments: Vec<(usize, usize, usize)>,
         sensors: Vec<Noise>,
         step: f64,
         differences: Py<PyAny>,
+        near: Option<Py<PyAny>>,
     ) -> Self {
         let parameter = |(name, start, low, high, scale, is_bounded): Free| Parameter {
             name,
@@ -84,6 +88,7 @@ impl LeastSquares {
             sensors: sensors.into_iter().map(sensor).collect(),
             step,
             differences,
+            near,
         }
     }
 
@@ -184,7 +189,7 @@ impl LeastSquares {
 impl LeastSquares {
     /// Does something with the problem; what Python has raised meanwhile is raised.
     fn with<T>(&self, watch: &Observer, work: impl FnOnce(&Problem<'_>) -> Result<T, Interrupted>) -> PyResult<T> {
-        let calls = Calls { differences: &self.differences, watch };
+        let calls = Calls { differences: &self.differences, near: self.near.as_ref(), watch };
         let problem = Problem {
             parameters: self.parameters.clone(),
             segments: self.segments.clone(),
@@ -203,6 +208,7 @@ impl LeastSquares {
 /// The calls of a function of Python that simulates.
 struct Calls<'a> {
     differences: &'a Py<PyAny>,
+    near: Option<&'a Py<PyAny>>,
     watch: &'a Observer,
 }
 
@@ -213,12 +219,24 @@ impl Simulated for Calls<'_> {
         }
         let called = Python::attach(|py| {
             let vectors = PyArray2::from_vec2(py, vectors)?;
-            let found = self.differences.call1(py, (vectors, tolerance))?;
-            let found: PyReadonlyArray2<'_, f64> = found.extract(py).map_err(PyErr::from)?;
-            Ok(found.as_array().rows().into_iter().map(|row| row.to_vec()).collect())
+            rows(py, &self.differences.call1(py, (vectors, tolerance))?)
         });
         self.watch.keep(called)
     }
+
+    fn near(&self, x: &[f64], vectors: &[Vec<f64>], tolerance: f64) -> Result<Vec<Vec<f64>>, Interrupted> {
+        let Some(near) = self.near.filter(|_| !vectors.is_empty()) else { return self.differences(vectors, tolerance) };
+        let called = Python::attach(|py| {
+            let vectors = PyArray2::from_vec2(py, vectors)?;
+            rows(py, &near.call1(py, (x.to_vec().into_pyarray(py), vectors, tolerance))?)
+        });
+        self.watch.keep(called)
+    }
+}
+
+fn rows(py: Python<'_>, found: &Py<PyAny>) -> PyResult<Vec<Vec<f64>>> {
+    let found: PyReadonlyArray2<'_, f64> = found.extract(py).map_err(PyErr::from)?;
+    Ok(found.as_array().rows().into_iter().map(|row| row.to_vec()).collect())
 }
 
 /// Functions of Python that hear of a search, and what they have raised.

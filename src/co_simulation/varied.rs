@@ -2,22 +2,22 @@
 
 use std::sync::Arc;
 
-use crate::numbers::{Real, Scalar, Tangent};
-use crate::sensitivity::{Along, Crossing, NoDerivative, Varied};
+use crate::numbers::{DIRECTIONS, Real, STILL, Scalar, Slopes, Tangent};
+use crate::sensitivity::{Along, Crossing, NoDerivative, Varied, seeds};
 use crate::session::{Seeds, Snapshot, SnapshotError, Start, build};
 use crate::solver::{self, Progress, Run, Settings, StepError};
 use crate::system::{Kept, System, are_alike, kept, shared_table, still, varied};
 use crate::variables::Table;
 
-/// A model's equations in motion, in numbers with slopes in one direction.
+/// A model's equations in motion, in numbers with slopes.
 pub struct VariedRun<E: System<U>, const N: usize, const U: usize> {
     run: Box<Run<E, N, U, Tangent>>,
     table: Arc<Table>,
     /// Slopes of the inputs.
-    seeds: [f64; U],
+    seeds: [Slopes; U],
     /// Clock of the host in s at the start.
     start: f64,
-    lost: Option<NoDerivative>,
+    lost: [Option<NoDerivative>; DIRECTIONS],
 }
 
 /// Share of its magnitude by which a direction is followed to see whether the run begins in another mode there.
@@ -29,32 +29,30 @@ impl<E: System<U>, const N: usize, const U: usize> VariedRun<E, N, U> {
     pub fn new(equations: E, settings: Settings, start: &Start) -> Self {
         let Seeds { inputs: seeds, .. } = start.seeds;
         let seeds = std::array::from_fn(|i| seeds.get(i).copied().unwrap_or_default());
-        let u = std::array::from_fn(|i| Tangent { value: start.inputs[i], slope: seeds[i] });
+        let u = std::array::from_fn(|i| Tangent { value: start.inputs[i], slopes: seeds[i] });
         let begin: Box<([Tangent; N], E::Memory<Tangent>)> = Box::new(equations.start(&u));
         let run = Run::boxed(equations, settings, begin, u);
-        let table = shared_table::<E, U>();
-        let differ = begins_otherwise::<E, N, U>(&table, start, &seeds);
-        let lost = differ.then(|| NoDerivative {
-            time: start.time,
-            event: "the start".to_owned(),
-            reason: "the modes differ from one side of it to the other".to_owned(),
-        });
-        Self { run, table, seeds, start: start.time, lost }
+        Self { run, table: shared_table::<E, U>(), seeds, start: start.time, lost: [const { None }; DIRECTIONS] }
     }
 
     /// Makes a step, and finds out why slopes are lost in it.
     fn go(&mut self, end: f64) -> Result<(), StepError> {
         let begin = self.run.time();
         let outcome = self.run.advance(end);
-        if self.lost.is_none() {
-            self.lost = self.run.lost().map(|lost| NoDerivative {
-                time: self.start + lost.time,
-                event: self.run.system().event_name(lost.event).to_owned(),
-                reason: lost.reason.clone(),
-            });
-        }
-        if self.lost.is_none() && self.run.state().0.iter().any(|state| state.slope.is_nan()) {
-            self.lost = Some(self.tied(begin).unwrap_or_else(|| self.depends_on_nothing("the equations")));
+        for direction in 0..DIRECTIONS {
+            if self.lost[direction].is_some() {
+                continue;
+            }
+            let is_lost = || self.run.state().0.iter().any(|state| state.slopes[direction].is_nan());
+            self.lost[direction] = match self.run.lost(direction) {
+                Some(lost) => Some(NoDerivative {
+                    time: self.start + lost.time,
+                    event: self.run.system().event_name(lost.event).to_owned(),
+                    reason: lost.reason.clone(),
+                }),
+                None if is_lost() => Some(self.tied(begin).unwrap_or_else(|| self.depends_on_nothing("the equations"))),
+                None => None,
+            };
         }
         outcome.map_err(|error| error.later(self.start))
     }
@@ -69,14 +67,16 @@ impl<E: System<U>, const N: usize, const U: usize> VariedRun<E, N, U> {
         // From where it rests, and back from both sides.
         let follows = |input: usize, way: f64| {
             let with = |value: f64, slope: f64| {
-                std::array::from_fn(|i| if i == input { Tangent { value, slope } } else { Tangent::still(u[i].value) })
+                std::array::from_fn(|i| {
+                    if i == input { Tangent::varying(value, slope) } else { Tangent::still(u[i].value) }
+                })
             };
             let (time, here) = (Tangent::still(self.run.time()), u[input].value);
             let mut memory = memory.clone();
             system.follow(time, &x, &with(here + way * (1.0 + here.abs()), 0.0), &mut memory);
             let mut memory = still(&memory);
             system.follow(time, &x, &with(here, OWN), &mut memory);
-            kept(&memory).iter().any(|now| now.slope.is_nan())
+            kept(&memory).iter().any(|now| now.slopes[0].is_nan())
         };
         let input = (0..U).find(|input| [0.0, -0.5, 0.5].into_iter().any(|way| follows(*input, way)))?;
         let event = self.table.inputs().nth(input)?.name.clone();
@@ -96,9 +96,9 @@ impl<E: System<U>, const N: usize, const U: usize> VariedRun<E, N, U> {
     }
 
     /// Why there is no derivative by a state: the mode is exactly at its limit, to one side of which it ends.
-    fn at_a_limit(&self) -> Option<NoDerivative> {
+    fn at_a_limit(&self, direction: usize) -> Option<NoDerivative> {
         let indicators = self.run.indicators();
-        let event = indicators.as_ref().iter().position(|it| it.value == 0.0 && it.slope != 0.0)?;
+        let event = indicators.as_ref().iter().position(|it| it.value == 0.0 && it.slopes[direction] != 0.0)?;
         Some(NoDerivative {
             time: self.start + self.run.time(),
             event: self.run.system().event_name(event).to_owned(),
@@ -107,20 +107,21 @@ impl<E: System<U>, const N: usize, const U: usize> VariedRun<E, N, U> {
     }
 }
 
-/// Whether a run begins in another mode a little to one side of the present parameters and inputs.
+/// Whether a run begins in another mode a little to one side of the present parameters and inputs in a direction.
 fn begins_otherwise<E: System<U>, const N: usize, const U: usize>(
     table: &Table,
     start: &Start,
-    seeds: &[f64; U],
+    direction: usize,
 ) -> bool {
+    let is_moved = |seeds: &[Slopes], place: usize| seeds.get(place).is_some_and(|seed| seed[direction] != 0.0);
     let memory = |share: f64| {
         let magnitude = |value: f64, typical: f64| if value == 0.0 { typical } else { value.abs() };
-        let moved = |(place, value): (usize, &f64)| match start.seeds.parameters.get(place) {
-            Some(seed) if *seed != 0.0 => {
+        let moved = |(place, value): (usize, &f64)| match is_moved(start.seeds.parameters, place) {
+            true => {
                 let typical = table.parameters().nth(place).map_or(1.0, |it| it.nominal.or(it.start).unwrap_or(1.0));
                 value + share * magnitude(*value, if typical == 0.0 { 1.0 } else { typical })
             }
-            _ => *value,
+            false => *value,
         };
         let parameters: Vec<f64> = start.parameters.iter().enumerate().map(moved).collect();
         let is_legal = table.parameters().zip(&parameters).all(|(variable, value)| variable.check(*value).is_ok());
@@ -128,37 +129,52 @@ fn begins_otherwise<E: System<U>, const N: usize, const U: usize>(
         let (equations, _) = build::<E, U>(&start).ok().filter(|_| is_legal)?;
         let u = std::array::from_fn(|i| {
             let value = start.inputs[i];
-            Real::of(if seeds[i] == 0.0 { value } else { value + share * magnitude(value, 1.0) })
+            Real::of(if is_moved(start.seeds.inputs, i) { value + share * magnitude(value, 1.0) } else { value })
         });
         Some(equations.start::<Real, N>(&u).1)
     };
+    let seeds = start.seeds.parameters.iter().chain(start.seeds.inputs);
+    if seeds.into_iter().all(|seed| seed[direction] == 0.0) {
+        return false;
+    }
     let Some(here) = memory(0.0) else { return false };
     [BESIDE, -BESIDE].into_iter().filter_map(memory).any(|beside| !are_alike(&here, &beside))
 }
 
 impl<E: System<U>, const N: usize, const U: usize> Varied for VariedRun<E, N, U> {
-    fn place(&mut self, snapshot: &Snapshot, along: Along) -> Result<(), SnapshotError> {
+    fn check_start(&mut self, start: &Start) {
+        for (direction, lost) in self.lost.iter_mut().enumerate() {
+            *lost = begins_otherwise::<E, N, U>(&self.table, start, direction).then(|| NoDerivative {
+                time: start.time,
+                event: "the start".to_owned(),
+                reason: "the modes differ from one side of it to the other".to_owned(),
+            });
+        }
+    }
+
+    fn place(&mut self, snapshot: &Snapshot, along: &[Along]) -> Result<(), SnapshotError> {
         let here = self.run.state().0.map(Tangent::value);
         let (states, (memory, progress, start)) =
             snapshot.read::<E, (Box<E::Memory<Real>>, Progress, f64), N, U>(self.run.system(), &here)?;
         let number = |state: usize| {
             self.table.states().nth(state).and_then(|reference| self.run.system().state_at(reference, N))
         };
-        let moved = if let Along::State(state) = along { number(state) } else { None };
-        let slope = |place: usize| if moved == Some(place) { 1.0 } else { 0.0 };
-        let x = std::array::from_fn(|i| Tangent { value: states[i], slope: slope(i) });
-        let mut memory = varied(&*memory, |place| if along == Along::Memory(place) { 1.0 } else { 0.0 });
+        let place = |along: &Along| if let Along::State(state) = along { number(*state) } else { None };
+        let moved: Vec<Option<usize>> = along.iter().map(place).collect();
+        let slopes = |place: usize| std::array::from_fn(|way| f64::from(moved.get(way) == Some(&Some(place))));
+        let x = std::array::from_fn(|i| Tangent { value: states[i], slopes: slopes(i) });
+        let mut memory = varied(&*memory, |place| seeds(along, Along::Memory(place)));
         self.run.restore(x, &mut memory, progress);
-        self.seeds = std::array::from_fn(|i| if along == Along::Input(i) { 1.0 } else { 0.0 });
-        (self.start, self.lost) = (start, None);
-        if moved.is_some() {
-            self.lost = self.at_a_limit();
+        self.seeds = std::array::from_fn(|i| seeds(along, Along::Input(i)));
+        (self.start, self.lost) = (start, [const { None }; DIRECTIONS]);
+        for (direction, _) in moved.iter().enumerate().filter(|(_, place)| place.is_some()) {
+            self.lost[direction] = self.at_a_limit(direction);
         }
         Ok(())
     }
 
     fn set_inputs(&mut self, values: &[f64], slopes: &[f64]) {
-        let u = std::array::from_fn(|i| Tangent { value: values[i], slope: self.seeds[i] });
+        let u = std::array::from_fn(|i| Tangent { value: values[i], slopes: self.seeds[i] });
         self.run.set_inputs(u, std::array::from_fn(|i| slopes[i]));
     }
 
@@ -170,30 +186,27 @@ impl<E: System<U>, const N: usize, const U: usize> Varied for VariedRun<E, N, U>
         self.go(self.run.time() + size)
     }
 
-    fn outputs(&self, slopes: &mut [f64]) -> Result<(), NoDerivative> {
-        if let Some(lost) = &self.lost {
-            return Err(lost.clone());
-        }
-        let mut computed = vec![Tangent::still(0.0); slopes.len()];
+    fn outputs(&self, computed: &mut [Tangent]) -> [Option<NoDerivative>; DIRECTIONS] {
+        let mut why = self.lost.clone();
         let (system, time, u) = (self.run.system(), Tangent::still(self.run.time()), self.run.inputs().0);
         self.run.consistent(|x, memory| {
-            system.outputs(time, x, &u, memory, &mut computed);
-            let is_lost = || {
-                let rounded = system.rounded();
-                kept(memory).iter().any(|it| it.slope.is_nan() && !rounded.contains(&it.name))
-            };
-            if computed.iter().any(|it| it.slope.is_nan()) && is_lost() {
-                return Err(self.depends_on_nothing("the computed variables"));
+            system.outputs(time, x, &u, memory, computed);
+            for (direction, why) in why.iter_mut().enumerate().filter(|(_, why)| why.is_none()) {
+                let is_lost = || {
+                    let rounded = system.rounded();
+                    kept(memory).iter().any(|it| it.slopes[direction].is_nan() && !rounded.contains(&it.name))
+                };
+                if computed.iter().any(|it| it.slopes[direction].is_nan()) && is_lost() {
+                    *why = Some(self.depends_on_nothing("the computed variables"));
+                }
             }
-            Ok(())
-        })?;
-        slopes.iter_mut().zip(computed).for_each(|(slot, number)| *slot = number.slope);
-        Ok(())
+        });
+        why
     }
 
-    fn state(&self, state: usize) -> f64 {
+    fn state(&self, state: usize) -> Slopes {
         let place = self.table.states().nth(state).and_then(|reference| self.run.system().state_at(reference, N));
-        place.map_or(0.0, |place| self.run.state().0[place].slope)
+        place.map_or(STILL, |place| self.run.state().0[place].slopes)
     }
 
     fn memory(&self) -> Vec<Kept> {
@@ -206,12 +219,12 @@ impl<E: System<U>, const N: usize, const U: usize> Varied for VariedRun<E, N, U>
             time: it.time,
             event: system.event_name(it.event),
             rate: it.rate,
-            delays: vec![it.delay],
+            delays: it.delays.to_vec(),
         };
         self.run.crossings().iter().map(told).collect()
     }
 
-    fn lost(&self) -> Option<&NoDerivative> {
-        self.lost.as_ref()
+    fn lost(&self, direction: usize) -> Option<&NoDerivative> {
+        self.lost[direction].as_ref()
     }
 }

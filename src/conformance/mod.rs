@@ -7,6 +7,7 @@
 //! | [`dependencies`] | values follow from what `depends_on` says, and from nothing else |
 //! | [`steps`] | two half steps are one: the end does not depend on the communication steps |
 //! | [`repeats`] | a restored run repeats every bit |
+//! | [`numbers`] | values have the same bits in numbers with slopes |
 //! | [`both_ways`] | with a solver outside a run is the one with the solver inside; indicators are positive while a mode is valid |
 //! | [`law::derivatives`] | the same of a friction law alone, in its modes |
 //! | [`law::unchanged`] | where a law says that its force has not changed, it has not |
@@ -39,7 +40,7 @@ use self::experiment::experiment;
 pub use self::host::Host;
 pub use self::law::{Claims, law};
 pub use self::random::Random;
-pub use self::runs::{rates, repeats, steps};
+pub use self::runs::{numbers, rates, repeats, steps};
 pub use self::slopes::{Slopes, slopes};
 pub use self::ways::{Agreement, Course, both_ways};
 use crate::co_simulation::Simulation;
@@ -68,6 +69,7 @@ pub fn run(setup: &Setup) {
     // Ten times the default tolerance: stick-slip adds up what each phase leaves.
     steps(setup, end, 1e-5);
     repeats(setup, end);
+    numbers(setup, end);
     slopes(setup);
     found_dependencies(setup);
     both_ways(setup, &Agreement::DEFAULT, still, end / 50.0, 50);

@@ -3,7 +3,9 @@
 use super::{moved, started, told};
 use crate::co_simulation::Simulation;
 use crate::model::Setup;
-use crate::variables::Variable;
+use crate::numbers::Tangent;
+use crate::sensitivity::Along;
+use crate::variables::{Kind, Variable};
 
 /// The derivative of each state is the variable that the table says, by central differences between fine steps around a time
 /// in s.
@@ -54,6 +56,45 @@ pub fn steps(setup: &Setup, end: f64, share: f64) {
                 "{}: {name} is {one} after one communication step of {end} s, and {many} after 97 steps; they may differ by \
                  {allowed:.1e}",
                 told(setup),
+            );
+        }
+    }
+}
+
+/// A run in numbers with slopes has the values of a plain one, bit for bit, to a time in s; inputs move all the time. They are
+/// exact derivatives of the run only then. Without the feature `sensitivities` there are no such runs, and nothing is checked.
+///
+/// # Panics
+/// When a bit is another one.
+pub fn numbers(setup: &Setup, end: f64) {
+    if !cfg!(feature = "sensitivities") {
+        return;
+    }
+    const UNWRITTEN: u64 = 0x7ff8_0000_dead_beef;
+    let varies = |(variable, value): (&Variable, &f64)| {
+        variable.varies && matches!(variable.kind, Kind::Real(_)) && variable.meaning.is_none() && *value != 0.0
+    };
+    let parameter = setup.table().parameters().zip(setup.parameters()).position(varies);
+    let mut along: Vec<Along> = parameter.map(Along::Parameter).into_iter().collect();
+    along.extend((!setup.inputs().is_empty()).then_some(Along::Input(0)));
+    let mut plain = started(setup);
+    let mut varied = setup.varied(0.0, &along).unwrap_or_else(|error| panic!("{}: {error}", told(setup)));
+    for step in 0..20 {
+        let inputs = moved(setup, f64::sin(f64::from(step)));
+        plain.set_inputs(&inputs, &vec![0.0; inputs.len()]);
+        varied.set_inputs(&inputs, &vec![0.0; inputs.len()]);
+        let time = end * f64::from(step + 1) / 20.0;
+        advance(setup, plain.as_mut(), time);
+        varied.advance(time).unwrap_or_else(|error| panic!("{}, in numbers with slopes: {error}", told(setup)));
+        let expected = values(plain.as_ref(), setup.table().computed().count());
+        let mut computed = vec![Tangent::still(f64::from_bits(UNWRITTEN)); expected.len()];
+        varied.outputs(&mut computed);
+        for ((variable, expected), Tangent { value, .. }) in setup.table().computed().zip(expected).zip(computed) {
+            assert!(
+                value.to_bits() == expected.to_bits() || value.to_bits() == UNWRITTEN,
+                "{}: {} is {value} at {time} s in numbers with slopes, and {expected} without; a decision may look at slopes",
+                told(setup),
+                variable.name,
             );
         }
     }

@@ -7,7 +7,8 @@ use serde::{Deserialize, Serialize};
 
 use super::Model;
 use crate::co_simulation::Simulation;
-use crate::sensitivity::{Along, Crossing, DirectionError, NoDerivative, Varied, directions};
+use crate::numbers::{DIRECTIONS, Slopes, Tangent};
+use crate::sensitivity::{Along, Crossing, DirectionError, NoDerivative, Varied, directions, seeds};
 use crate::session::{Seeds, Snapshot, SnapshotError, Start};
 use crate::solver::StepError;
 use crate::variables::{Notice, ParameterError, Place, Role, Table, Variable};
@@ -27,11 +28,24 @@ pub struct Plant {
     /// Inputs at the start.
     first_inputs: Vec<f64>,
     tolerance: Option<f64>,
-    /// What the run is differentiated by: a run beside it for each direction.
-    varied: Vec<Box<dyn Varied>>,
-    /// Runs that serve for single steps, by the parameter that they vary with, if any.
-    pub(super) spare: Vec<(Option<usize>, Box<dyn Varied>)>,
+    /// What the run is differentiated by.
+    varied: Vec<Beside>,
+    /// Runs that serve for single steps, by the parameters that they vary with.
+    pub(super) spare: Vec<(Parameters, Box<dyn Varied>)>,
 }
+
+/// A run beside a plant in numbers with slopes.
+struct Beside {
+    /// Places of its directions among all that are carried along.
+    places: Vec<usize>,
+    run: Box<dyn Varied>,
+    /// The computed variables, and why a direction has no slopes, where they are known for the present states and inputs.
+    computed: Vec<Tangent>,
+    lost: Option<[Option<NoDerivative>; DIRECTIONS]>,
+}
+
+/// The parameter of each direction, if it is one.
+pub(super) type Parameters = [Option<usize>; DIRECTIONS];
 
 /// Values of the computed variables, in the order of the table.
 struct Computed {
@@ -185,7 +199,7 @@ impl Plant {
 
     fn inputs_changed(&mut self) {
         self.simulation.set_inputs(&self.inputs, &self.slopes);
-        self.varied.iter_mut().for_each(|varied| varied.set_inputs(&self.inputs, &self.slopes));
+        self.varied.iter_mut().for_each(|beside| beside.run.set_inputs(&self.inputs, &self.slopes));
         self.forget_computed();
     }
 
@@ -228,6 +242,7 @@ impl Plant {
 
     fn forget_computed(&mut self) {
         self.computed.get_mut().are_known = false;
+        self.varied.iter_mut().for_each(|beside| beside.lost = None);
     }
 
     /// Integrates over a step of a size in s. A late clock, such as one in seconds since 1970, resolves the times at the ends of steps
@@ -254,9 +269,9 @@ impl Plant {
             Until::Time(end) => self.simulation.advance(end),
             Until::After(size) => self.simulation.step(size),
         };
-        for varied in &mut self.varied {
+        for beside in &mut self.varied {
             // Where the plain run comes to no end, neither does it.
-            let _ = go(varied.as_mut(), until);
+            let _ = go(beside.run.as_mut(), until);
         }
         if self.slopes.iter().any(|slope| *slope != 0.0) {
             let duration = match (until, &outcome) {
@@ -385,21 +400,21 @@ impl Plant {
         self.varied.clear();
         let along = directions(self.table(), &self.parameters, names)?;
         let has_begun = self.has_begun();
-        let mut varied = Vec::with_capacity(along.len());
-        for (along, name) in along.into_iter().zip(names) {
-            let beside = match along {
-                Along::State(state) if self.simulation.state_index(state).is_none() => None,
-                Along::Parameter(_) | Along::Input(_) if !has_begun => self.vary_start(along).ok(),
-                _ => self.vary_here(along).ok(),
+        let is_from_start = |along: &Along| !has_begun && matches!(along, Along::Parameter(_) | Along::Input(_));
+        let mut varied = Vec::with_capacity(along.len().div_ceil(DIRECTIONS));
+        for places in self.groups(&along, is_from_start) {
+            let group: Vec<Along> = places.iter().map(|place| along[*place]).collect();
+            let is_absent =
+                |along: &Along| matches!(along, Along::State(state) if self.simulation.state_index(*state).is_none());
+            if let Some(absent) = group.iter().position(is_absent) {
+                return Err(DirectionError::refused(names[places[absent]], "it is no continuous state of this run"));
+            }
+            let run = if is_from_start(&group[0]) { self.vary_start(&group) } else { self.vary_here(&group) };
+            let Ok(run) = run else {
+                let reason = "this run has no equations that can be differentiated by it";
+                return Err(DirectionError::refused(names[places[0]], reason));
             };
-            let Some(beside) = beside else {
-                let reason = match along {
-                    Along::State(_) => "it is no continuous state of this run",
-                    _ => "this run has no equations that can be differentiated by it",
-                };
-                return Err(DirectionError::refused(name, reason));
-            };
-            varied.push(beside);
+            varied.push(Beside { places, run, computed: vec![Tangent::still(0.0); self.computed_count()], lost: None });
         }
         self.varied = varied;
         self.inputs_changed();
@@ -416,21 +431,42 @@ impl Plant {
         Start { time: self.time(), parameters: &self.parameters, inputs, tolerance: self.tolerance, seeds }
     }
 
-    /// A run beside this one from its start, which varies with a parameter or an input.
-    pub(super) fn vary_start(&self, along: Along) -> Result<Box<dyn Varied>, ParameterError> {
-        let unit =
-            |count: usize, place: Option<usize>| (0..count).map(|i| f64::from(Some(i) == place)).collect::<Vec<_>>();
-        let parameter = if let Along::Parameter(place) = along { Some(place) } else { None };
-        let input = if let Along::Input(place) = along { Some(place) } else { None };
-        let parameters = if parameter.is_some() { unit(self.parameters.len(), parameter) } else { Vec::new() };
-        let inputs = unit(self.inputs.len(), input);
-        let seeds = Seeds { parameters: &parameters, inputs: &inputs };
-        (self.model.functions.vary)(&self.start(&self.first_inputs, seeds))
+    /// The places of directions that are followed by one run, as many as it can: those that begin at the start of the run, or not.
+    /// A parameter that is 0 stands for a part that its direction alone uses.
+    pub(super) fn groups(&self, along: &[Along], is_from_start: impl Fn(&Along) -> bool) -> Vec<Vec<usize>> {
+        let is_alone = |along: &Along| matches!(along, Along::Parameter(place) if self.parameters[*place] == 0.0);
+        let (alone, others): (Vec<usize>, Vec<usize>) = (0..along.len()).partition(|place| is_alone(&along[*place]));
+        let (first, later): (Vec<usize>, Vec<usize>) =
+            others.into_iter().partition(|place| is_from_start(&along[*place]));
+        let together = [first, later];
+        let together = together.iter().flat_map(|places| places.chunks(DIRECTIONS));
+        together.chain(alone.chunks(1)).map(<[usize]>::to_vec).collect()
+    }
+
+    /// A run beside this one from its start, which varies with parameters and inputs.
+    pub(super) fn vary_start(&self, along: &[Along]) -> Result<Box<dyn Varied>, ParameterError> {
+        self.with_start(along, |start| {
+            let mut varied = (self.model.functions.vary)(start)?;
+            varied.check_start(start);
+            Ok(varied)
+        })
+    }
+
+    /// A run beside this one that has not been placed anywhere.
+    pub(super) fn vary(&self, along: &[Along]) -> Result<Box<dyn Varied>, ParameterError> {
+        self.with_start(along, self.model.functions.vary)
+    }
+
+    /// Looks at the start of this run as it varies with parameters and inputs.
+    fn with_start<R>(&self, along: &[Along], look: impl FnOnce(&Start) -> R) -> R {
+        let parameters: Vec<Slopes> = (0..self.parameters.len()).map(|i| seeds(along, Along::Parameter(i))).collect();
+        let inputs: Vec<Slopes> = (0..self.inputs.len()).map(|i| seeds(along, Along::Input(i))).collect();
+        look(&self.start(&self.first_inputs, Seeds { parameters: &parameters, inputs: &inputs }))
     }
 
     /// A run beside this one from here on.
-    fn vary_here(&self, along: Along) -> Result<Box<dyn Varied>, ParameterError> {
-        let mut varied = self.vary_start(along)?;
+    fn vary_here(&self, along: &[Along]) -> Result<Box<dyn Varied>, ParameterError> {
+        let mut varied = self.vary(along)?;
         let placed = varied.place(&self.simulation.save(), along);
         placed.map_err(|error| ParameterError::new("the present state", self.time(), &error.to_string()))?;
         Ok(varied)
@@ -445,27 +481,32 @@ impl Plant {
     /// # Panics
     /// If none are carried along, or not so many.
     pub fn sensitivities(&mut self, direction: usize) -> Result<Vec<f64>, NoDerivative> {
-        let mut slopes = vec![0.0; self.computed_count()];
-        self.varied[direction].outputs(&mut slopes)?;
-        Ok(slopes)
+        let found = self.varied.iter_mut().find_map(|beside| {
+            let place = beside.places.iter().position(|place| *place == direction)?;
+            Some((beside, place))
+        });
+        let (Beside { run, computed, lost, .. }, place) = found.expect("a direction that is carried along");
+        match &lost.get_or_insert_with(|| run.outputs(computed))[place] {
+            Some(lost) => Err(lost.clone()),
+            None => Ok(computed.iter().map(|number| number.slopes[place]).collect()),
+        }
     }
 
     /// The events since sensitivities are carried along, with times since the start of the run.
     pub fn crossings(&self) -> Vec<Crossing> {
-        let mut all: Vec<Crossing> = Vec::new();
-        for (direction, varied) in self.varied.iter().enumerate() {
-            for (place, crossing) in varied.crossings().into_iter().enumerate() {
-                match all.get_mut(place) {
-                    // A run that has lost its slopes has the same events.
-                    Some(other) if (other.time, other.event) == (crossing.time, crossing.event) => {
-                        other.delays.push(crossing.delays[0]);
-                    }
-                    Some(_) => {}
-                    None if direction == 0 => all.push(crossing),
-                    None => {}
+        let runs: Vec<_> = self.varied.iter().map(|beside| (&beside.places, beside.run.crossings())).collect();
+        let count = runs.iter().map(|(places, _)| places.len()).sum();
+        let mut all = runs.first().map(|(_, crossings)| crossings.clone()).unwrap_or_default();
+        for (number, crossing) in all.iter_mut().enumerate() {
+            let mut delays = vec![f64::NAN; count];
+            for (places, crossings) in &runs {
+                // A run that has lost its slopes has the same events.
+                let same = crossings.get(number).filter(|it| (it.time, it.event) == (crossing.time, crossing.event));
+                for (place, delay) in places.iter().zip(same.into_iter().flat_map(|it| &it.delays)) {
+                    delays[*place] = *delay;
                 }
             }
-            all.iter_mut().for_each(|crossing| crossing.delays.resize(direction + 1, f64::NAN));
+            crossing.delays = delays;
         }
         all
     }

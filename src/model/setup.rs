@@ -3,6 +3,7 @@
 use super::{Model, Plant, Seeds, Start};
 use crate::co_simulation::Simulation;
 use crate::model_exchange::Exchange;
+use crate::sensitivity::{Along, Varied, seeds};
 use crate::variables::{ParameterError, Place, Table, Variable};
 use crate::variables::{SettingError, Value, find};
 
@@ -119,6 +120,19 @@ impl Setup {
     pub fn simulation(&self, time: f64) -> Result<Box<dyn Simulation>, ParameterError> {
         let Self { parameters, inputs, tolerance, .. } = self;
         self.model.begin(&Start { time, parameters, inputs, tolerance: *tolerance, seeds: Seeds::NONE })
+    }
+
+    /// Starts a run at a time in s in numbers with slopes, in the directions of parameters and inputs.
+    ///
+    /// # Errors
+    /// [`ParameterError`] when parameters do not fit together, or there are no such runs.
+    #[doc(hidden)]
+    pub fn varied(&self, time: f64, along: &[Along]) -> Result<Box<dyn Varied>, ParameterError> {
+        let Self { parameters, inputs, tolerance, .. } = self;
+        let of_parameters: Vec<_> = (0..parameters.len()).map(|i| seeds(along, Along::Parameter(i))).collect();
+        let of_inputs: Vec<_> = (0..inputs.len()).map(|i| seeds(along, Along::Input(i))).collect();
+        let seeds = Seeds { parameters: &of_parameters, inputs: &of_inputs };
+        (self.model.functions.vary)(&Start { time, parameters, inputs, tolerance: *tolerance, seeds })
     }
 
     /// Starts a run at a time in s whose states are to be integrated outside; nothing if the model has none.

@@ -2,11 +2,13 @@
 
 use super::plant::{Until, go};
 use super::{Plant, Saved};
+use crate::numbers::Tangent;
 use crate::sensitivity::{
     Along, Column, DirectionError, Gradient, NoDerivative, States, Tangents, Transition, TransitionError, Varied,
     directions,
 };
 use crate::session::Snapshot;
+use crate::system::Kept;
 use crate::variables::{Kind, Place, find};
 
 /// Steps between two states that are saved on the way of a gradient, and transitions that are held at a time.
@@ -124,16 +126,21 @@ impl Plant {
             let still: Vec<_> = names.iter().map(|name| (name.clone(), 0.0)).collect();
             return Ok(vec![still; along.len()]);
         }
-        let column = |along: &Along| {
-            let begin = self.vary_start(*along).map_err(|_| self.unlike(parameters))?;
-            if let Some(lost) = begin.lost() {
-                return Err(TransitionError::NoDerivative(lost.clone()));
+        let mut columns = vec![Vec::new(); along.len()];
+        for places in self.groups(along, |_| true) {
+            let group: Vec<Along> = places.iter().map(|place| along[*place]).collect();
+            let begin = self.vary_start(&group).map_err(|_| self.unlike(parameters))?;
+            for (direction, place) in places.into_iter().enumerate() {
+                if let Some(lost) = begin.lost(direction) {
+                    return Err(TransitionError::NoDerivative(lost.clone()));
+                }
+                let of_states = states.iter().map(|(number, name)| (name.clone(), begin.state(*number)[direction]));
+                let of_memory = begin.memory().into_iter();
+                let of_memory = of_memory.map(|kept| (format!("memory.{}", kept.name), kept.slopes[direction]));
+                columns[place] = of_states.chain(of_memory).collect();
             }
-            let of_states = states.iter().map(|(number, name)| (name.clone(), begin.state(*number)));
-            let of_memory = begin.memory().into_iter().map(|kept| (format!("memory.{}", kept.name), kept.slope));
-            Ok(of_states.chain(of_memory).collect())
-        };
-        along.iter().map(column).collect()
+        }
+        Ok(columns)
     }
 
     /// How outputs of a run from here on change along a direction, at the begin and behind each step: with what is added to the
@@ -203,7 +210,7 @@ impl Plant {
         });
         let states: States = numbered.collect();
         let snapshot = self.simulation.save();
-        let here = self.beside(Along::Input(0), &snapshot).map(|varied| varied.memory());
+        let here = self.beside(&[Along::Input(0)], &snapshot).map(|varied| varied.memory());
         let memory = here.ok_or_else(|| self.unlike(parameters))?;
         let of_states = states.iter().map(|(number, name)| (Along::State(*number), name.clone()));
         let of_memory = memory.into_iter().enumerate();
@@ -215,13 +222,14 @@ impl Plant {
     }
 
     /// A run beside this one for a single step, from a saved state; nothing if there is none.
-    fn beside(&mut self, along: Along, snapshot: &Snapshot) -> Option<&mut dyn Varied> {
-        let parameter = if let Along::Parameter(place) = along { Some(place) } else { None };
-        let place = match self.spare.iter().position(|(other, _)| *other == parameter) {
+    fn beside(&mut self, along: &[Along], snapshot: &Snapshot) -> Option<&mut dyn Varied> {
+        let parameter = |along: &Along| if let Along::Parameter(place) = along { Some(*place) } else { None };
+        let parameters = std::array::from_fn(|direction| along.get(direction).and_then(parameter));
+        let place = match self.spare.iter().position(|(others, _)| *others == parameters) {
             Some(place) => place,
             None => {
-                let varied = self.vary_start(along).ok()?;
-                self.spare.push((parameter, varied));
+                let varied = self.vary(along).ok()?;
+                self.spare.push((parameters, varied));
                 self.spare.len() - 1
             }
         };
@@ -240,20 +248,27 @@ impl Plant {
     ) -> Result<Transition, TransitionError> {
         let Columns { snapshot, along, states, names, outputs } = self.columns(parameters, outputs)?;
         let (inputs, computed) = (self.inputs.len(), self.computed_count());
-        let mut columns = Vec::with_capacity(along.len());
-        let mut slopes = vec![0.0; computed];
-        for along in along {
-            let Some(varied) = self.beside(along, &snapshot) else { return Err(self.unlike(parameters)) };
+        let mut columns: Vec<Option<Column>> = vec![None; along.len()];
+        let mut shown = vec![Tangent::still(0.0); computed];
+        for places in self.groups(&along, |along| !matches!(along, Along::Parameter(_))) {
+            let group: Vec<Along> = places.iter().map(|place| along[*place]).collect();
+            let Some(varied) = self.beside(&group, &snapshot) else { return Err(self.unlike(parameters)) };
             if let Some(until) = until {
                 go(varied, until).map_err(TransitionError::Step)?;
             }
-            let shown = varied.outputs(&mut slopes);
-            columns.push(Column {
-                states: states.iter().map(|(number, _)| varied.state(*number)).collect(),
-                memory: varied.memory(),
-                outputs: shown.map(|()| outputs.iter().map(|place| slopes[*place]).collect()),
-            });
+            let lost = varied.outputs(&mut shown);
+            let memory = varied.memory();
+            for ((direction, place), lost) in places.into_iter().enumerate().zip(lost) {
+                let own = |kept: &Kept| (kept.name.clone(), kept.slopes[direction]);
+                columns[place] = Some(Column {
+                    states: states.iter().map(|(number, _)| varied.state(*number)[direction]).collect(),
+                    memory: memory.iter().map(own).collect(),
+                    outputs: lost
+                        .map_or_else(|| Ok(outputs.iter().map(|place| shown[*place].slopes[direction]).collect()), Err),
+                });
+            }
         }
+        let columns = columns.into_iter().flatten().collect();
         if let Some(until) = until {
             self.advance(until).map_err(TransitionError::Step)?;
         }

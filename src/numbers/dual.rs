@@ -6,7 +6,7 @@ use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::scalar::KEPT;
-use super::{Scalar, Tangent, Varying};
+use super::{STILL, Scalar, Slopes, Tangent, Varying};
 
 /// A number of the equations without derivatives: what plain runs are made of.
 ///
@@ -70,11 +70,11 @@ impl Real {
 impl Varying for Real {
     const VARIES: bool = false;
 
-    fn with(value: f64, _slope: f64) -> Self {
+    fn with(value: f64, _slopes: Slopes) -> Self {
         Self { value }
     }
-    fn slope(self) -> f64 {
-        0.0
+    fn slopes(self) -> Slopes {
+        STILL
     }
 }
 

@@ -26,4 +26,5 @@ pub use number::Number;
 pub use pair::Pair;
 pub(crate) use scalar::KEPT;
 pub use scalar::{Scalar, Varying, sign};
-pub use tangent::{Tangent, Tangents};
+pub(crate) use tangent::first;
+pub use tangent::{DIRECTIONS, STILL, Slopes, Tangent, Tangents};

@@ -8,7 +8,7 @@ use std::ops::{AddAssign, SubAssign};
 
 use serde::{Serialize, de::DeserializeOwned};
 
-use super::{Number, Tangent};
+use super::{Number, Slopes, Tangent};
 
 /// A real number the equations can be evaluated with.
 ///
@@ -91,24 +91,34 @@ pub(crate) const KEPT: &str = "number of a discrete state";
 
 /// A number that a discrete state can keep: what happens at events and samples is evaluated with it.
 ///
-/// It is saved as its value, and its slope if it has one.
+/// It is saved as its value, and its slopes if it has any.
 pub trait Varying: Scalar<Held = Self> + Serialize + DeserializeOwned {
-    /// Whether it has a slope.
+    /// Whether it has slopes.
     const VARIES: bool;
 
-    /// A number with a slope, if it has one.
-    fn with(value: f64, slope: f64) -> Self;
+    /// A number with slopes, if it has any.
+    fn with(value: f64, slopes: Slopes) -> Self;
 
-    /// Its slope; 0 if it has none.
-    fn slope(self) -> f64;
+    /// Its slopes; 0 if it has none.
+    fn slopes(self) -> Slopes;
+
+    /// Another number of the same value in some of the directions.
+    fn or(self, other: Self, is_other: impl Fn(usize) -> bool) -> Self {
+        if !Self::VARIES {
+            return self;
+        }
+        let (own, others) = (self.slopes(), other.slopes());
+        Self::with(self.value(), std::array::from_fn(|i| if is_other(i) { others[i] } else { own[i] }))
+    }
 
     /// The same where a limit may be just reached: a number of the same value with another slope leaves none, since more of the
     /// direction leads to one of both, and less to the other.
     fn unless_tied(self, limit: Self) -> Self {
-        if Self::VARIES && self.value() == limit.value() && self.slope() != limit.slope() {
-            return Self::with(self.value(), f64::NAN);
+        if !Self::VARIES || self.value() != limit.value() {
+            return self;
         }
-        self
+        let (own, limits) = (self.slopes(), limit.slopes());
+        Self::with(self.value(), std::array::from_fn(|i| if own[i] == limits[i] { own[i] } else { f64::NAN }))
     }
 }
 

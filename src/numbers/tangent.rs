@@ -1,4 +1,4 @@
-//! A number and its slope in one direction, in which tunable parameters may vary, too.
+//! A number and its slopes in a few directions, in which tunable parameters may vary, too.
 
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
@@ -7,7 +7,16 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use super::scalar::KEPT;
 use super::{Dual, Pair, Scalar, Varying};
 
-/// A number with its slope in one direction.
+/// Directions in which a [`Tangent`] has slopes. Runs that differ in nothing but the direction share values, steps and events.
+pub const DIRECTIONS: usize = if cfg!(feature = "sensitivities") { 2 } else { 1 };
+
+/// A slope in each direction.
+pub type Slopes = [f64; DIRECTIONS];
+
+/// No slope in any direction.
+pub const STILL: Slopes = [0.0; DIRECTIONS];
+
+/// A number with its slopes in [`DIRECTIONS`].
 ///
 /// Tunable parameters are such numbers, and every [`Number`](super::Number) can be combined with them. Slopes of parameters are handed
 /// on where the equations are evaluated with tangents; all other numbers see the values alone, so that a run costs no
@@ -20,24 +29,36 @@ use super::{Dual, Pair, Scalar, Varying};
 pub struct Tangent {
     /// The value.
     pub value: f64,
-    /// How fast it changes in the direction.
-    pub slope: f64,
+    /// How fast it changes in each direction.
+    pub slopes: Slopes,
 }
 
 impl Tangent {
     /// A number that does not vary.
     pub const fn still(value: f64) -> Self {
-        Self { value, slope: 0.0 }
+        Self { value, slopes: STILL }
+    }
+
+    /// A number that varies in the first direction alone.
+    pub fn varying(value: f64, slope: f64) -> Self {
+        Self { value, slopes: first(slope) }
     }
 
     /// Whether a part that is off at 0 is there: it has a value, or is differentiated by.
     pub fn is_used(self) -> bool {
-        self.value != 0.0 || self.slope != 0.0
+        self.value != 0.0 || self.slopes != STILL
     }
 
-    fn dual(self) -> Dual<1> {
-        Dual::new(self.value, [self.slope])
+    fn dual(self) -> Dual<DIRECTIONS> {
+        Dual::new(self.value, self.slopes)
     }
+}
+
+/// A slope in the first direction alone.
+pub(crate) fn first(slope: f64) -> Slopes {
+    let mut slopes = STILL;
+    slopes[0] = slope;
+    slopes
 }
 
 /// A number that does not vary.
@@ -47,32 +68,32 @@ impl From<f64> for Tangent {
     }
 }
 
-impl From<Dual<1>> for Tangent {
-    fn from(Dual { value, slope: [slope], .. }: Dual<1>) -> Self {
-        Self { value, slope }
+impl From<Dual<DIRECTIONS>> for Tangent {
+    fn from(Dual { value, slope: slopes, .. }: Dual<DIRECTIONS>) -> Self {
+        Self { value, slopes }
     }
 }
 
 impl Varying for Tangent {
     const VARIES: bool = true;
 
-    fn with(value: f64, slope: f64) -> Self {
-        Self { value, slope }
+    fn with(value: f64, slopes: Slopes) -> Self {
+        Self { value, slopes }
     }
-    fn slope(self) -> f64 {
-        self.slope
+    fn slopes(self) -> Slopes {
+        self.slopes
     }
 }
 
 impl Serialize for Tangent {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.serialize_newtype_struct(KEPT, &(self.value, self.slope))
+        serializer.serialize_newtype_struct(KEPT, &(self.value, self.slopes))
     }
 }
 
 impl<'de> Deserialize<'de> for Tangent {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        <(f64, f64)>::deserialize(deserializer).map(|(value, slope)| Self { value, slope })
+        <(f64, Slopes)>::deserialize(deserializer).map(|(value, slopes)| Self { value, slopes })
     }
 }
 
@@ -92,15 +113,16 @@ impl Scalar for Tangent {
         self.value
     }
     fn chain(self, value: f64, derivative: f64) -> Self {
-        Self { value, slope: derivative * self.slope }
+        Self { value, slopes: self.slopes.map(|slope| derivative * slope) }
     }
     fn chain_with(self, value: f64, derivative: f64, parameter: Tangent, by_parameter: f64) -> Self {
-        Self { value, slope: derivative * self.slope + by_parameter * parameter.slope }
+        let slope = |i: usize| derivative * self.slopes[i] + by_parameter * parameter.slopes[i];
+        Self { value, slopes: std::array::from_fn(slope) }
     }
-    fn with_exponent(self, Self { value, slope }: Self, exponent: Tangent) -> Self {
+    fn with_exponent(self, Self { value, slopes }: Self, exponent: Tangent) -> Self {
         // The logarithm of 0 times the power, which is 0 there.
         let by_exponent = if self.value > 0.0 { value * libm::log(self.value) } else { 0.0 };
-        Self { value, slope: slope + by_exponent * exponent.slope }
+        Self { value, slopes: std::array::from_fn(|i| slopes[i] + by_exponent * exponent.slopes[i]) }
     }
 }
 
@@ -191,7 +213,7 @@ pub struct Tangents {
     /// The values.
     pub values: [f64; 2],
     /// The slopes.
-    pub slopes: [f64; 2],
+    pub slopes: [Slopes; 2],
 }
 
 impl Tangents {
@@ -203,13 +225,13 @@ impl Tangents {
     /// One of them.
     #[inline(always)]
     pub fn side(self, side: usize) -> Tangent {
-        Tangent { value: self.values[side], slope: self.slopes[side] }
+        Tangent { value: self.values[side], slopes: self.slopes[side] }
     }
 }
 
 impl From<[Tangent; 2]> for Tangents {
     fn from(both: [Tangent; 2]) -> Self {
-        Self { values: both.map(|it| it.value), slopes: both.map(|it| it.slope) }
+        Self { values: both.map(|it| it.value), slopes: both.map(|it| it.slopes) }
     }
 }
 
@@ -224,11 +246,11 @@ mod tests {
         fn equation<S: Scalar>(x: S, p: Tangent) -> S {
             ((x * p + S::along(p)).pow(p) / p - p).abs().sqrt()
         }
-        let (x, p) = (Tangent::still(0.7), Tangent { value: 1.3, slope: 2.0 });
+        let (x, p) = (Tangent::still(0.7), Tangent::varying(1.3, 2.0));
         let plain = |p: f64| equation(Real::of(0.7), Tangent::still(p)).value;
         let step = 1e-6;
         let expected = 2.0 * (plain(1.3 + step) - plain(1.3 - step)) / (2.0 * step);
-        let Tangent { value, slope } = equation(x, p);
+        let Tangent { value, slopes: [slope, ..] } = equation(x, p);
         assert_eq!(value, plain(1.3));
         assert!((slope / expected - 1.0).abs() < 1e-8, "{slope}, not {expected}");
     }
@@ -236,8 +258,8 @@ mod tests {
     /// `c - p` has the slope of `-p + c`, in each operation.
     #[test]
     fn constants_on_the_left_keep_the_slope() {
-        let p = Tangent { value: 2.0, slope: 5.0 };
-        let of = |value: f64, slope: f64| Tangent { value, slope };
+        let p = Tangent::varying(2.0, 5.0);
+        let of = Tangent::varying;
         assert_eq!([3.0 + p, 3.0 - p, 3.0 * p, 3.0 / p], [of(5.0, 5.0), of(1.0, -5.0), of(6.0, 15.0), of(1.5, -3.75)]);
     }
 
@@ -247,8 +269,8 @@ mod tests {
         fn of<S: Scalar>(p: Tangent, x: S) -> [S; 4] {
             [p + x, p - x, p * x, p / x]
         }
-        let p = Tangent { value: 2.0, slope: 5.0 };
-        let at = |value: f64, slope: f64| Tangent { value, slope };
+        let p = Tangent::varying(2.0, 5.0);
+        let at = Tangent::varying;
         assert_eq!(of(p, at(4.0, 3.0)), [at(6.0, 8.0), at(-2.0, 2.0), at(8.0, 26.0), at(0.5, 0.875)]);
         let dual = |value: f64, slope: f64| Dual::<1>::new(value, [slope]);
         assert_eq!(of(p, dual(4.0, 1.0)), [dual(6.0, 1.0), dual(-2.0, -1.0), dual(8.0, 2.0), dual(0.5, -0.125)]);
@@ -258,7 +280,7 @@ mod tests {
 
     #[test]
     fn other_numbers_see_values_alone() {
-        let p = Tangent { value: 3.0, slope: 1.0 };
+        let p = Tangent::varying(3.0, 1.0);
         let two = Real::of(2.0);
         assert_eq!([two - p, Real::along(p), two.pow(p)].map(Real::value), [-1.0, 3.0, 8.0]);
         assert_eq!(Dual::<2>::variable(2.0, 1) * p, Dual::<2>::variable(2.0, 1) * 3.0);

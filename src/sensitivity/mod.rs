@@ -1,6 +1,6 @@
 //! Sensitivities of a run to parameters, start values, states and inputs, exact through events.
 //!
-//! A run is repeated in numbers that carry a slope in one direction ([`Tangent`](crate::numbers::Tangent)): the same equations,
+//! A run is repeated in numbers that carry slopes in a few directions ([`Tangent`](crate::numbers::Tangent)): the same equations,
 //! the same solver, the same bits ([`Varied`]). Its slopes are those of the scheme with all adaptive choices held, which is
 //! known as internal numerical differentiation (Bock, 1981). With states `x`, rates `f-` before and `f+` behind an event with
 //! the indicator `g`, and the change there, `switch` (the saltation matrix):
@@ -22,7 +22,8 @@ mod transition;
 
 use std::fmt;
 
-use crate::session::{Snapshot, SnapshotError};
+use crate::numbers::{DIRECTIONS, Slopes, Tangent};
+use crate::session::{Snapshot, SnapshotError, Start};
 use crate::solver::StepError;
 use crate::system::Kept;
 
@@ -44,16 +45,19 @@ pub struct Crossing {
     pub delays: Vec<f64>,
 }
 
-/// A run in numbers with slopes in one direction, beside a plain run: it is told all that the plain one is told.
+/// A run in numbers with slopes in [`DIRECTIONS`], beside a plain run: it is told all that the plain one is told.
 ///
 /// Slices follow the order of the table, as those of a [`Simulation`](crate::co_simulation::Simulation).
 pub trait Varied: Send {
+    /// Finds directions of parameters and inputs to one side of which the run begins in another mode: they have no derivative.
+    fn check_start(&mut self, start: &Start);
+
     /// Goes to a saved state of the plain run; from there on a state, a number that the memory keeps, what is added to an input, or
-    /// the parameter that it has been built for, varies.
+    /// a parameter that it has been built for, varies, each in the direction of its place.
     ///
     /// # Errors
     /// [`SnapshotError`] when the saved state does not fit.
-    fn place(&mut self, snapshot: &Snapshot, along: Along) -> Result<(), SnapshotError>;
+    fn place(&mut self, snapshot: &Snapshot, along: &[Along]) -> Result<(), SnapshotError>;
 
     /// Sets the inputs at the current time and their slopes in 1/s.
     fn set_inputs(&mut self, values: &[f64], slopes: &[f64]);
@@ -70,24 +74,22 @@ pub trait Varied: Send {
     /// As [`advance`](Self::advance).
     fn step(&mut self, size: f64) -> Result<(), StepError>;
 
-    /// Writes the slopes of the computed variables, which belong to the present inputs. What has none, as counters, stays 0; what
-    /// depends on a number that is rounded, as the reading of a sensor with a resolution, is not a number.
-    ///
-    /// # Errors
-    /// [`NoDerivative`] where there is none any more.
-    fn outputs(&self, slopes: &mut [f64]) -> Result<(), NoDerivative>;
+    /// Writes the computed variables with their slopes, which belong to the present inputs. What has none, as counters, stays as it
+    /// is; what depends on a number that is rounded, as the reading of a sensor with a resolution, has slopes that are not numbers.
+    /// Tells why there are none any more in a direction.
+    fn outputs(&self, computed: &mut [Tangent]) -> [Option<NoDerivative>; DIRECTIONS];
 
-    /// The slope of a continuous state, numbered as in a [`Direction`](crate::session::Direction); 0 if it is not integrated.
-    fn state(&self, state: usize) -> f64;
+    /// The slopes of a continuous state, numbered as in a [`Direction`](crate::session::Direction); 0 if it is not integrated.
+    fn state(&self, state: usize) -> Slopes;
 
     /// The numbers that the memory keeps.
     fn memory(&self) -> Vec<Kept>;
 
-    /// The events so far, each with one delay.
+    /// The events so far, each with a delay for each direction.
     fn crossings(&self) -> Vec<Crossing>;
 
-    /// Where there is no derivative any more.
-    fn lost(&self) -> Option<&NoDerivative>;
+    /// Where there is no derivative any more in a direction.
+    fn lost(&self, direction: usize) -> Option<&NoDerivative>;
 }
 
 /// A point beyond which a run has no derivative in a direction.
@@ -153,4 +155,9 @@ pub enum Along {
     Input(usize),
     /// A number that the memory has now.
     Memory(usize),
+}
+
+/// The slopes of what one of the directions may vary.
+pub(crate) fn seeds(along: &[Along], of: Along) -> Slopes {
+    std::array::from_fn(|direction| if along.get(direction) == Some(&of) { 1.0 } else { 0.0 })
 }

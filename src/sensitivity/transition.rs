@@ -1,7 +1,6 @@
 //! One communication step as a linear map.
 
 use super::NoDerivative;
-use crate::system::Kept;
 
 /// What a communication step does to small changes, exact through the events in it: rows are what changes, columns by what.
 ///
@@ -42,8 +41,8 @@ pub type States = Vec<(usize, String)>;
 pub struct Column {
     /// Slopes of the continuous states that are integrated.
     pub states: Vec<f64>,
-    /// The numbers that the memory keeps, with theirs.
-    pub memory: Vec<Kept>,
+    /// The names of the numbers that the memory keeps, with their slopes.
+    pub memory: Vec<(String, f64)>,
     /// Slopes of the outputs.
     pub outputs: Result<Vec<f64>, NoDerivative>,
 }
@@ -61,10 +60,10 @@ impl Transition {
     /// The map of its columns: by states and numbers of the memory with names, by a number of inputs, and by parameters.
     pub fn of(columns: Vec<Column>, states: &States, names: Vec<String>, inputs: usize, outputs: usize) -> Self {
         let memory: Vec<String> =
-            columns.first().into_iter().flat_map(|column| &column.memory).map(|kept| kept.name.clone()).collect();
+            columns.first().into_iter().flat_map(|column| &column.memory).map(|(name, _)| name.clone()).collect();
         // What has no slope is left out: whoever asks for it finds it missing.
         let with_slopes = || columns.iter().filter(|column| column.outputs.is_ok());
-        let has_slopes = |place: &usize| with_slopes().all(|column| !column.memory[*place].slope.is_nan());
+        let has_slopes = |place: &usize| with_slopes().all(|column| !column.memory[*place].1.is_nan());
         let kept: Vec<usize> = (0..memory.len()).filter(has_slopes).collect();
         let next_states: Vec<String> = states
             .iter()
@@ -75,7 +74,7 @@ impl Transition {
             if column.outputs.is_err() {
                 return vec![f64::NAN; next_states.len()];
             }
-            let of_memory = kept.iter().map(|place| column.memory[*place].slope);
+            let of_memory = kept.iter().map(|place| column.memory[*place].1);
             column.states.iter().copied().chain(of_memory).collect()
         };
         let next: Vec<Vec<f64>> = columns.iter().map(next_of).collect();

@@ -1,6 +1,6 @@
 //! Derivatives of the computed variables of a model, exactly, by dual numbers.
 
-use crate::numbers::{Dual, Real, Scalar, Tangent};
+use crate::numbers::{Dual, Real, STILL, Scalar, Tangent};
 use crate::system::{System, varied};
 
 /// Time in s, states, inputs and discrete state.
@@ -18,23 +18,22 @@ pub fn differentiate<E: System<U>, const N: usize, const U: usize>(
     write_slopes(equations, at, seeds, (dual, |number| number.slope[0]), computed);
 }
 
-/// The same in a direction in which the parameters, with which the equations have been built, may vary, too.
+/// The same in the first direction in which the parameters, with which the equations have been built, may vary, too.
 pub fn differentiate_varied<E: System<U>, const N: usize, const U: usize>(
     equations: &E,
     at: At<E::Memory<Real>, N, U>,
     seeds: (f64, &[f64; N], &[f64; U]),
     computed: &mut [f64],
 ) {
-    let tangent = |value: f64, slope: f64| Tangent { value, slope };
     let (time, x, u, memory) = at;
     let memory = with_slopes::<E, U>(memory);
-    write_slopes(equations, (time, x, u, &memory), seeds, (tangent, |number| number.slope), computed);
+    write_slopes(equations, (time, x, u, &memory), seeds, (Tangent::varying, |number| number.slopes[0]), computed);
 }
 
 /// The discrete state with slopes, of which none varies. Its copies on the way here are off the stack when the equations are evaluated.
 #[inline(never)]
 fn with_slopes<E: System<U>, const U: usize>(memory: &E::Memory<Real>) -> Box<E::Memory<Tangent>> {
-    Box::new(varied(memory, |_| 0.0))
+    Box::new(varied(memory, |_| STILL))
 }
 
 /// Evaluates the equations with numbers with derivatives, and writes the derivatives of the results.

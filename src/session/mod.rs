@@ -14,7 +14,7 @@ pub(crate) use self::build::check_outputs;
 pub use self::build::{build, check, read};
 use self::differentiate::differentiate;
 use self::differentiate::differentiate_varied;
-use crate::numbers::{Real, Scalar};
+use crate::numbers::{Real, Scalar, Slopes, first};
 use crate::system::{System, shared_table};
 use crate::variables::{ParameterError, Table};
 
@@ -37,9 +37,9 @@ pub struct Start<'a> {
 #[derive(Clone, Copy, Debug)]
 pub struct Seeds<'a> {
     /// Of the parameters.
-    pub parameters: &'a [f64],
+    pub parameters: &'a [Slopes],
     /// Of the inputs.
-    pub inputs: &'a [f64],
+    pub inputs: &'a [Slopes],
 }
 
 impl Seeds<'_> {
@@ -191,7 +191,8 @@ impl Session {
         if slopes.iter().all(|slope| *slope == 0.0) {
             return differentiate(equations, at, seeds, computed);
         }
-        let varied: E = Self::build(&self.parameters, slopes).expect("parameters that have been accepted");
+        let slopes: Vec<Slopes> = slopes.iter().map(|slope| first(*slope)).collect();
+        let varied: E = Self::build(&self.parameters, &slopes).expect("parameters that have been accepted");
         differentiate_varied(&varied, at, seeds, computed);
     }
 
@@ -209,7 +210,7 @@ impl Session {
     }
 
     /// The equations for parameters that vary with slopes.
-    fn build<E: System<U>, const U: usize>(parameters: &[f64], slopes: &[f64]) -> Result<E, ParameterError> {
+    fn build<E: System<U>, const U: usize>(parameters: &[f64], slopes: &[Slopes]) -> Result<E, ParameterError> {
         let seeds = Seeds { parameters: slopes, ..Seeds::NONE };
         let start = Start { time: 0.0, parameters, inputs: &[0.0; U], tolerance: None, seeds };
         build(&start).map(|(equations, _)| equations)

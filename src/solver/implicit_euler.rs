@@ -5,7 +5,7 @@ use nalgebra::SMatrix;
 use super::linear::Solver;
 use super::trial::Trial;
 use super::{array, values};
-use crate::numbers::Varying;
+use crate::numbers::{DIRECTIONS, Varying};
 use crate::system::{Held, System};
 
 const MAX_ITERATIONS: usize = 30;
@@ -49,9 +49,12 @@ pub fn step<H: System<U>, S: Varying, const N: usize, const U: usize>(
             }
             // `(I/h - J)*end' = start'/h + f'`, with `f'` by all but the states.
             let besides = system.derivatives(S::of(end_time), &ended, &inputs.at(end_time), memory);
-            let right = array(|i| start[i].slope() / h + besides[i].slope());
-            let slopes = solver.solve(&right, H::GROUPS);
-            return Some(Trial { end: array(|i| S::with(end[i], slopes[i])), error: [S::zero(); N] });
+            let slopes: [[f64; N]; DIRECTIONS] = std::array::from_fn(|way| {
+                let right = array(|i| start[i].slopes()[way] / h + besides[i].slopes()[way]);
+                solver.solve(&right, H::GROUPS)
+            });
+            let end = array(|i| S::with(end[i], slopes.map(|slopes| slopes[i])));
+            return Some(Trial { end, error: [S::zero(); N] });
         }
     }
     None

@@ -7,7 +7,7 @@
 use super::linear::Solver;
 use super::trial::{Linearisation, Trial};
 use super::{array, numbers, values};
-use crate::numbers::Varying;
+use crate::numbers::{DIRECTIONS, Slopes, Varying};
 use crate::system::{Held, System};
 
 const GAMMA: f64 = 0.25;
@@ -53,25 +53,27 @@ pub fn step<H: System<U>, S: Varying, const N: usize, const U: usize>(
         system.derivatives(S::of(stage_time), argument, &inputs.at(stage_time), memory)
     };
     // With `W = I/(gamma*h) - J` a stage `W*k = r` varies by `W*k' = r' + J'*k`.
-    let solve = |mut right: [S; N]| {
+    let solve = |right: [S; N]| {
         let solved = solver.solve(&values(&right), H::GROUPS);
         if !S::VARIES {
             return numbers(&solved);
         }
         let bent = change_along(|share| {
-            let moved: [S; N] = array(|i| S::with(x[i].value() + share * solved[i], x[i].slope()));
+            let moved: [S; N] = array(|i| S::with(x[i].value() + share * solved[i], x[i].slopes()));
             system.derivatives(S::of(time), &moved, &inputs.at(time), memory)
         });
-        right.iter_mut().zip(bent).for_each(|(number, bent)| *number = S::with(0.0, number.slope() + bent));
-        let slopes = solver.solve(&right.map(S::slope), H::GROUPS);
-        array(|i| S::with(solved[i], slopes[i]))
+        let slopes: [[f64; N]; DIRECTIONS] = std::array::from_fn(|way| {
+            let right: [f64; N] = array(|i| right[i].slopes()[way] + bent[i][way]);
+            solver.solve(&right, H::GROUPS)
+        });
+        array(|i| S::with(solved[i], slopes.map(|slopes| slopes[i])))
     };
     let drift = linearisation.time_slopes.map(|drift| {
         if !S::VARIES {
             return numbers(&drift);
         }
         let changes = change_along(|share| rates(share, x));
-        array(|i| S::with(drift[i], changes[i] / h))
+        array(|i| S::with(drift[i], changes[i].map(|change| change / h)))
     });
     let in_time = |right: [S; N], weight: f64| match &drift {
         Some(slopes) => combine(&right, [slopes], [weight], h),
@@ -95,10 +97,14 @@ pub fn step<H: System<U>, S: Varying, const N: usize, const U: usize>(
 
 /// How the slopes of numbers change along a way, at its begin: the second derivative of a smooth function, by central differences of
 /// the first, which is exact. They are good to some 1e-10.
-fn change_along<S: Varying, const N: usize>(numbers: impl Fn(f64) -> [S; N]) -> [f64; N] {
+fn change_along<S: Varying, const N: usize>(numbers: impl Fn(f64) -> [S; N]) -> [Slopes; N] {
     const SHARE: f64 = 1e-5;
     let (ahead, behind) = (numbers(SHARE), numbers(-SHARE));
-    array(|i| (ahead[i].slope() - behind[i].slope()) / (2.0 * SHARE))
+    let change = |ahead: S, behind: S| {
+        let (ahead, behind) = (ahead.slopes(), behind.slopes());
+        std::array::from_fn(|way| (ahead[way] - behind[way]) / (2.0 * SHARE))
+    };
+    array(|i| change(ahead[i], behind[i]))
 }
 
 /// A vector plus a weighted sum of vectors, whose weights are multiplied by a factor.

@@ -10,15 +10,15 @@ use std::fmt;
 use serde::de::DeserializeOwned;
 use serde::ser::{self, Serialize, Serializer};
 
-use crate::numbers::KEPT;
+use crate::numbers::{KEPT, STILL, Slopes};
 
 /// A number that a discrete state keeps.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Kept {
     /// The names of the fields that lead to it, joined by dots.
     pub name: String,
-    /// Its slope; 0 in a state of numbers without slopes.
-    pub slope: f64,
+    /// Its slopes; 0 in a state of numbers without slopes.
+    pub slopes: Slopes,
 }
 
 /// The numbers that a discrete state keeps, in the order in which they are saved.
@@ -27,24 +27,24 @@ pub fn kept<M: Serialize>(state: &M) -> Vec<Kept> {
 }
 
 /// A discrete state of numbers without slopes as one of numbers that have them, by the places of the numbers.
-pub fn varied<A: Serialize, B: DeserializeOwned>(state: &A, slope: impl Fn(usize) -> f64) -> B {
-    renewed(state, 0, slope)
+pub fn varied<A: Serialize, B: DeserializeOwned>(state: &A, slopes: impl Fn(usize) -> Slopes) -> B {
+    renewed(state, 0, slopes)
 }
 
 /// A discrete state of numbers with slopes, of which none varies.
 #[cfg(feature = "sensitivities")]
 pub fn still<M: Serialize + DeserializeOwned>(state: &M) -> M {
-    renewed(state, size_of::<f64>(), |_| 0.0)
+    renewed(state, size_of::<Slopes>(), |_| STILL)
 }
 
 /// A discrete state whose numbers have other slopes in place of those that take a number of bytes.
-fn renewed<A: Serialize, B: DeserializeOwned>(state: &A, old: usize, slope: impl Fn(usize) -> f64) -> B {
+fn renewed<A: Serialize, B: DeserializeOwned>(state: &A, old: usize, slopes: impl Fn(usize) -> Slopes) -> B {
     let (saved, numbers) = (saved(state), Finder::of(state).numbers);
     let (mut bytes, mut start) = (Vec::with_capacity(2 * saved.len()), 0);
     for (number, (place, _)) in numbers.iter().enumerate() {
         let end = place + size_of::<f64>();
         bytes.extend(&saved[start..end]);
-        bytes.extend(slope(number).to_le_bytes());
+        slopes(number).iter().for_each(|slope| bytes.extend(slope.to_le_bytes()));
         start = end + old;
     }
     bytes.extend(&saved[start..]);
@@ -264,9 +264,9 @@ impl<'a> Serializer for Walk<'a> {
         let place = finder.length;
         finder.values.clear();
         value.serialize(Walk(finder))?;
-        let slope = finder.values.get(1).copied().unwrap_or_default();
+        let slopes = std::array::from_fn(|i| finder.values.get(1 + i).copied().unwrap_or_default());
         let name = finder.path.join(".").replace(".[", "[");
-        finder.numbers.push((place, Kept { name, slope }));
+        finder.numbers.push((place, Kept { name, slopes }));
         Ok(())
     }
 
@@ -401,7 +401,7 @@ mod tests {
     use serde::{Deserialize, Serialize};
 
     use super::*;
-    use crate::numbers::{Real, Scalar, Tangent, Varying};
+    use crate::numbers::{Real, Scalar, Tangent, Varying, first};
 
     #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
     enum Mode<S> {
@@ -421,7 +421,7 @@ mod tests {
     }
 
     fn state<S: Varying>(slope: impl Fn(f64) -> f64) -> State<S> {
-        let number = |value: f64| S::with(value, slope(value));
+        let number = |value: f64| S::with(value, first(slope(value)));
         State {
             count: 300,
             change: -70,
@@ -435,12 +435,15 @@ mod tests {
     #[test]
     fn numbers_are_found_in_their_places_and_named_by_their_fields() {
         let plain = state::<Real>(|_| 0.0);
-        let of: State<Tangent> = varied(&plain, |place| 10.0 * place as f64);
+        let of: State<Tangent> = varied(&plain, |place| first(10.0 * place as f64));
         assert_eq!(of, state(|value| 10.0 * (value - 2.0)));
-        let found: Vec<_> = kept(&of).into_iter().map(|it| (it.name, it.slope)).collect();
+        let found: Vec<_> = kept(&of).into_iter().map(|it| (it.name, it.slopes)).collect();
         let expected = ["modes[3].Holds.place", "modes[3].Holds.load", "taps[1]", "taps[2]", "fall[2]"];
-        for ((name, slope), (place, expected)) in found.iter().zip(expected.iter().enumerate()) {
-            assert!(expected.replace("Holds.", "") == *name && *slope == 10.0 * place as f64, "{name} {slope}");
+        for ((name, slopes), (place, expected)) in found.iter().zip(expected.iter().enumerate()) {
+            assert!(
+                expected.replace("Holds.", "") == *name && *slopes == first(10.0 * place as f64),
+                "{name} {slopes:?}"
+            );
         }
         assert_eq!((found.len(), kept(&plain).len()), (5, 5));
     }

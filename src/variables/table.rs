@@ -4,6 +4,7 @@ use std::iter;
 use std::ops::Deref;
 
 use super::{Case, Enumeration, Kind, Meaning, ParameterError, Role, Tunable, Variable, array};
+use crate::numbers::{STILL, Slopes};
 
 /// The place of a value among those of its kind, in the order of the table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -235,10 +236,10 @@ impl Table {
 
     /// The parameters of the model itself for the values of all: each enumeration as its number chooses, if that is not 0.
     /// They vary with the slopes given for all in the same order, or not at all.
-    pub fn chosen(&self, parameters: &[f64], slopes: &[f64]) -> Vec<Tunable> {
+    pub fn chosen(&self, parameters: &[f64], slopes: &[Slopes]) -> Vec<Tunable> {
         let (own, numbers) = parameters.split_at(parameters.len() - self.numbered.len());
-        let slopes = slopes.iter().copied().chain(iter::repeat(0.0));
-        let mut own: Vec<_> = own.iter().zip(slopes).map(|(&value, slope)| Tunable { value, slope }).collect();
+        let slopes = slopes.iter().copied().chain(iter::repeat(STILL));
+        let mut own: Vec<_> = own.iter().zip(slopes).map(|(&value, slopes)| Tunable { value, slopes }).collect();
         for (place, number) in self.numbered.iter().zip(numbers) {
             if *number != 0.0 {
                 own[*place] = Tunable::still(*number);

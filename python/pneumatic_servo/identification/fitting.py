@@ -24,7 +24,7 @@ from pneumatic_servo.identification.guess import started
 from pneumatic_servo.identification.intervals import Certainty, certainty, hidden
 from pneumatic_servo.identification.parameters import Free, parse, split, usual
 from pneumatic_servo.identification.plausibility import assumed, check_known_pressures, checked, judged
-from pneumatic_servo.identification.problem import FAILED, Problem
+from pneumatic_servo.identification.problem import FAILED, Problem, check_jac, tell_underivable
 from pneumatic_servo.identification.records import Record, load
 from pneumatic_servo.identification.result import Fit
 from pneumatic_servo.identification.sampling import emcee_of, sample
@@ -80,6 +80,7 @@ def fit(
     inputs: str = "held",
     loss: str = "linear",
     intervals: str = "jacobian",
+    jac: str = "differences",
     posterior: bool = False,
     cross_validate: str | Sequence[str] = (),
     law_error: float = USUAL,
@@ -131,6 +132,9 @@ def fit(
         Loss function of ``scipy.optimize.least_squares``.
     intervals : str
         ``jacobian``, ``profile`` or ``bootstrap``.
+    jac : str
+        What derivatives of residuals are made of: ``differences`` of runs, or the ``exact`` sensitivities of one.
+        Where a run has none by a parameter, differences are taken by that, and a warning tells.
     posterior : bool
         Whether to draw from the posterior, too: see `Posterior`. It needs emcee, and takes thousands of runs.
     cross_validate : str or sequence of str
@@ -190,7 +194,8 @@ def fit(
         return _fit(
             data, experiment=experiment, law=law, fit=fit, columns=columns, encoding=encoding, settings=settings,
             validation=validation, validation_data=validation_data, seed=seed, starts=starts, rated=rated, width=width,
-            play=play, segment=segment, inputs=inputs, loss=loss, intervals=intervals, posterior=posterior,
+            play=play, segment=segment, inputs=inputs, loss=loss, intervals=intervals, jac=jac,
+            posterior=posterior,
             cross_validate=cross_validate, law_error=law_error, workers=workers,
             executor=executor if cluster is None else _executor_of(cluster), watch=watch,
         )  # fmt: skip
@@ -207,7 +212,7 @@ def _fit(
     data: Any, *, experiment: str, law: str, fit: str | Sequence[str], columns: str | Mapping[str, str] | None,
     encoding: str | None, settings: Parameters | None, validation: float, validation_data: Any, seed: int, starts: int,
     rated: float, width: float, play: float | None, segment: float | None, inputs: str, loss: str, intervals: str,
-    posterior: bool, cross_validate: str | Sequence[str], law_error: float, workers: int | None,
+    jac: str, posterior: bool, cross_validate: str | Sequence[str], law_error: float, workers: int | None,
     executor: Executor | None, watch: Watch,
 ) -> Fit:  # fmt: skip
     options = Options(
@@ -235,6 +240,7 @@ def _fit(
         raise ValueError(f"{quoted('loss', loss)}: it must be one of {', '.join(LOSSES)}")
     if intervals not in ("jacobian", "profile", "bootstrap"):
         raise ValueError(f"{quoted('intervals', intervals)}: it must be jacobian, profile or bootstrap")
+    check_jac(jac)
     if posterior:
         if loss != "linear":
             raise ValueError(f"{quoted('posterior')}: the loss {loss} is none of a likelihood; use linear")
@@ -254,7 +260,7 @@ def _fit(
     _check_sensors(kind)
     check_known_pressures(kind)
     free = free_parameters(kind, fit)
-    problem = replace(Problem.of(kind, records, free, validation, extra), workers=workers)
+    problem = replace(Problem.of(kind, records, free, validation, extra), workers=workers, jac=jac)
     _check_size(problem)
     compare(kind, problem.windows)
     problem = from_balance(started(problem), records, validation, extra, watch)
@@ -272,6 +278,7 @@ def _fit(
         sure = certainty(fitted, best.x, intervals, seed)
     except KeyboardInterrupt:
         raise _interrupted(problem, fitted, watch, notes) from None
+    tell_underivable(fitted)
     found = _finished(problem, fitted, best, sure, [*notes, *dict.fromkeys(kind.notes)])
     try:
         if groups:

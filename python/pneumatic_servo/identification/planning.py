@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +21,7 @@ from pneumatic_servo.identification.experiments import Experiment, Options
 from pneumatic_servo.identification.fitting import free_parameters, make_experiment
 from pneumatic_servo.identification.intervals import RANK
 from pneumatic_servo.identification.parameters import Free
-from pneumatic_servo.identification.problem import Problem
+from pneumatic_servo.identification.problem import Problem, check_jac, tell_underivable
 from pneumatic_servo.identification.records import Record
 from pneumatic_servo.identification.sensor import Sensor
 from pneumatic_servo.identification.signals import SIGNALS
@@ -126,6 +126,7 @@ def plan(
     duration: float = 10.0,
     step: float = 1e-3,
     stroke: float = 0.05,
+    jac: str = "differences",
     executor: Executor | None = None,
     progress: shown_progress.Progress = True,
 ) -> Plan:
@@ -144,6 +145,8 @@ def plan(
         Length and interval of the samples in s.
     stroke : float
         Largest amplitude in m, for ``motion``.
+    jac : str
+        As for `fit`.
     executor : concurrent.futures.Executor, optional
         Who judges the candidates instead of this process; the bits are the same.
     progress : bool or callable
@@ -169,13 +172,14 @@ def plan(
     """
     if experiment not in ("rig", "motion"):
         raise ValueError(f"{quoted('experiment', experiment)}: a plan can be made for rig or motion")
+    check_jac(jac)
     time, driven, courses = excitations(experiment, duration, step, stroke)
     kind = sensed(experiment, law, settings)
     free = free_parameters(kind, fit)
     values = {parameter.name: parameter.start for parameter in free}
     checks.submits("executor", executor)
     noises = {**NOISE, **noises_of(checks.mapping("noise", noise))}
-    judge = _Judge(kind, tuple(free), noises, driven, time)
+    judge = _Judge(kind, tuple(free), noises, driven, time, jac)
     candidates: list[Candidate] = []
     refusals: list[str] = []
     units = {parameter.name: parameter.unit for parameter in free}
@@ -233,6 +237,7 @@ class _Judge:
     noises: Mapping[str, float]
     driven: str
     time: Array
+    jac: str
 
     def __call__(self, candidate: tuple[str, Array]) -> Candidate | str:
         """Return what an excitation would determine, or why it cannot be simulated."""
@@ -242,7 +247,9 @@ class _Judge:
         if isinstance(record, str):
             return f"{name}: {record}"
         sensors = {name: Sensor(self.noises[name]) for name in self.kind.compared}
-        half, information = _judge(Problem.of(self.kind, [record], self.free, 0.0).seen_by(sensors))
+        problem = replace(Problem.of(self.kind, [record], self.free, 0.0), jac=self.jac)
+        half, information = _judge(problem.seen_by(sensors))
+        tell_underivable(problem)
         return Candidate(name, self.driven, self.time, course, half, information)
 
 

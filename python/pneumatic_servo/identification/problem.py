@@ -3,18 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from pneumatic_servo import _native
+from pneumatic_servo.errors import warn
 from pneumatic_servo.identification.experiments import Experiment, Window
 from pneumatic_servo.identification.experiments.base import SHORTEST, Around
 from pneumatic_servo.identification.parameters import Free, viscous_of
 from pneumatic_servo.identification.records import Record
 from pneumatic_servo.identification.sensor import Sensor
 from pneumatic_servo.run import Runs
+from pneumatic_servo.tasks import available_cores
 from pneumatic_servo.variables import Value
+from pneumatic_servo.argument_names import quoted
 
 Array = NDArray[np.float64]
 Vectors = Sequence[tuple[Mapping[str, float], Sequence[Mapping[str, float]]]]
@@ -25,6 +30,9 @@ STEP = 1e-3
 
 TOLERANCE = 1e-6
 """Relative tolerance of the solver at which differences of runs are differences of parameters."""
+
+JACOBIANS = ("differences", "exact")
+"""What a Jacobian is made of."""
 
 PULL = 1.5
 """Standard deviation, in logarithms, of how far a parameter without bounds is from its start: a factor of 4.5."""
@@ -80,6 +88,10 @@ class Problem:
     """True time over the time of the records."""
     scale: float = 1.0
     """Factor of all friction, where the model takes its load level as an input."""
+    jac: str = "differences"
+    """What the Jacobian is made of: differences of runs, or the exact derivatives of one."""
+    underivable: dict[str, str] = field(default_factory=dict, compare=False)
+    """Names by which a run had no derivative, so that differences were taken, and why."""
     refusals: list[str] = field(default_factory=list, compare=False)
     """Why a single vector could not be simulated, last time."""
 
@@ -200,13 +212,96 @@ class Problem:
 
     def stacked(self, vectors: Sequence[Array], *, held: bool = False) -> Array:
         """Return the differences of vectors, of shape (vectors, samples): window by window, in it signal by signal."""
+        return self._stack(self.differences(vectors), held=held)
+
+    def near(self, x: Array, vectors: Sequence[Array]) -> Array:
+        """Return the same of vectors near another one, by the exact derivatives of the runs there.
+
+        Where a run has no derivative by what a vector changes, it is run under that vector.
+        """
+        every = [(self.values(one), self.begins(one)) for one in [x, *vectors]]
+        found: list[list[dict[str, Array]]] = [[{} for _ in self.windows] for _ in vectors]
+        with ThreadPoolExecutor(self.workers or available_cores()) as threads:
+            # The runs are made without the lock of the interpreter.
+            made = threads.map(lambda index: self._derive(index, every), range(len(self.windows)))
+            for index, near in enumerate(made):
+                lacking = [vector for vector, courses in enumerate(near) if courses is None]
+                for vector, courses in enumerate(near):
+                    if courses is not None:
+                        found[vector][index] = self._compare(self.windows[index], courses, every[1 + vector][0])
+                if lacking:
+                    runs: list[list[dict[str, Array]]] = [[{} for _ in self.windows] for _ in lacking]
+                    self._simulate([index], [every[1 + vector] for vector in lacking], runs)
+                    for vector, run in zip(lacking, runs, strict=True):
+                        found[vector][index] = run[index]
+        return self._stack(found)
+
+    def _derive(self, index: int, every: Vectors) -> list[dict[str, Array] | None]:
+        """Return the outputs of a window under all vectors but the first, on the tangent of its run under that."""
+        window = self.windows[index]
+        settings = [self.settings_of(window, values, begins[index]) for values, begins in every]
+        inputs = [self.inputs_of(window, values) for values, _ in every]
+        first = settings[0]
+        moved = [{name: float(number) - float(first[name]) for name, number in own.items() if number != first[name]}
+                 for own in settings[1:]]  # fmt: skip
+        by = list(dict.fromkeys(name for own in moved for name in own))
+        outputs, slopes = self._differentiate(window, first, inputs[0], by)
+        courses: list[dict[str, Array] | None] = []
+        for own, driven in zip(moved, inputs[1:], strict=True):
+            is_driven_alike = all(np.array_equal(driven[name], course) for name, course in inputs[0].items())
+            if outputs is None or not is_driven_alike or not slopes.keys() >= own.keys():
+                courses.append(None)
+                continue
+            courses.append({
+                name: course + sum(by * slopes[setting][output] for setting, by in own.items())
+                for output, (name, course) in enumerate(outputs.items())
+            })  # fmt: skip
+        return courses
+
+    def _differentiate(
+        self, window: Window, settings: Mapping[str, Value], inputs: Mapping[str, Array], by: Sequence[str]
+    ) -> tuple[dict[str, Array] | None, dict[str, Array]]:
+        """Return the outputs of a run, if it comes to its end, and their derivatives by those names that have them."""
+        record, outputs, model = window.record, self.experiment.outputs, self.experiment.simulated
+        grid = self.clock * record.grid
+        driven = [(name, (grid, course)) for name, course in inputs.items()]
+        given = {**settings, "solver.relativeTolerance": self.exactness * self.tolerance}
+        by = list(by)
+        while True:
+            try:
+                found, _, failure, ended, _, _, derived = _native.simulate(
+                    model._native, list(given.items()), driven, (0.0, self.clock * record.step, len(grid) - 1, 1),
+                    list(outputs), by, None,
+                )  # fmt: skip
+                break
+            except ValueError as refused:
+                named = [name for name in by if f"to {name}:" in str(refused)]
+                if not named:
+                    return None, {}
+                self.underivable[named[0]] = str(refused)
+                by.remove(named[0])
+        if ended is not None:
+            raise ended
+        if failure is not None:
+            return None, {}
+        slopes, lost, _ = derived if derived is not None else (np.zeros((0, len(outputs), len(grid))), [], [])
+        known = {}
+        for name, slope, why in zip(by, slopes, lost, strict=True):
+            if why is None and np.isfinite(slope).all():
+                known[name] = slope
+            else:
+                told = "outputs are rounded" if why is None else f"at {why[0]:g} s, {why[1]}: {why[2]}"
+                self.underivable[name] = told
+        return dict(zip(outputs, found, strict=True)), known
+
+    def _stack(self, every: Sequence[Sequence[Mapping[str, Array]]], *, held: bool = False) -> Array:
         rows = [
             np.concatenate([
                 difference[signal][window.used & (window.held == held)]
                 for window, difference in zip(self.windows, differences, strict=True)
                 for signal in self.experiment.compared
             ])
-            for differences in self.differences(vectors)
+            for differences in every
         ]  # fmt: skip
         return np.array(rows)
 
@@ -360,6 +455,18 @@ class Problem:
             seen = np.interp(record.time - delay / self.clock, record.grid, passed)
             differences[signal] = record.signals[signal] - self.experiment.read(signal, seen, values)
         return differences
+
+
+def check_jac(jac: str) -> None:
+    """Refuse what no Jacobian is made of."""
+    if jac not in JACOBIANS:
+        raise ValueError(f"{quoted('jac', jac)}: it must be {' or '.join(JACOBIANS)}")
+
+
+def tell_underivable(problem: Problem) -> None:
+    """Warn of parameters by which differences were taken though exact derivatives were asked for."""
+    for name, why in problem.underivable.items():
+        warn(f"differences of runs are taken by {name}, by which a run has no derivative: {why}")
 
 
 def _pairs(group: list[int], every: Vectors) -> list[tuple[int, int]]:

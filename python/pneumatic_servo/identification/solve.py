@@ -67,6 +67,10 @@ class Solution:
 
 def native(problem: Problem) -> _native.LeastSquares:
     """Return a problem as the crate takes it."""
+
+    def near(x: Array, vectors: Array, tolerance: float) -> Array:
+        return replace(problem, tolerance=tolerance).near(x, list(vectors))
+
     records = list(dict.fromkeys(window.record.name for window in problem.windows))
     sensors = [problem.sensors[signal] for signal in problem.experiment.compared]
     return _native.LeastSquares(
@@ -78,11 +82,12 @@ def native(problem: Problem) -> _native.LeastSquares:
         [sensor.numbers for sensor in sensors],
         problem.step,
         lambda vectors, tolerance: replace(problem, tolerance=tolerance).stacked(list(vectors)),
+        near if problem.jac == "exact" else None,
     )
 
 
 def sensitivities(problem: Problem, x: Array, *, is_central: bool = True) -> tuple[Array, Array]:
-    """Return the derivatives of the differences by finite differences within the bounds, and the differences."""
+    """Return the derivatives of the differences within the bounds, and the differences."""
     return native(problem).sensitivities(x, problem.tolerance, is_central, False)
 
 

@@ -95,7 +95,8 @@ fn peak_argument(shape: Tunable, curvature: Tunable) -> Tunable {
         }
     }
     // The argument moves with the target and with the curvature as the equation that it solves does.
-    let of_target = (1.0 + target * target) * quarter.slope;
     let rise = 1.0 - curvature.value * high * high / (1.0 + high * high);
-    Tunable { value: high, slope: (of_target + (high - libm::atan(high)) * curvature.slope) / rise }
+    let by_target = 1.0 + target * target;
+    let slope = |i: usize| (by_target * quarter.slopes[i] + (high - libm::atan(high)) * curvature.slopes[i]) / rise;
+    Tunable { value: high, slopes: std::array::from_fn(slope) }
 }

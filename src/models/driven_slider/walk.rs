@@ -61,8 +61,8 @@ impl Harmonic {
         }
         let length = (a * a + b * b).sqrt();
         let ratio = length * 2.0 / (angle * angle);
-        let turn = (a.value * b.slope - b.value * a.slope) / (length.value * length.value);
-        let phase = Tunable { value: libm::atan2(b.value, a.value), slope: turn };
+        let turn = |i: usize| (a.value * b.slopes[i] - b.value * a.slopes[i]) / (length.value * length.value);
+        let phase = Tunable { value: libm::atan2(b.value, a.value), slopes: std::array::from_fn(turn) };
         Self { amplitude: self.amplitude * ratio, phase: self.phase + phase, ..*self }
     }
 }

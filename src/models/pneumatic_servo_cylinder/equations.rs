@@ -19,7 +19,7 @@ use super::sensors::{COUNT, Memory, Sensors};
 use super::states::{Inputs, MOST, PRESSURE_A, PRESSURE_B, State, TEMPERATURE_A, TEMPERATURE_B, of_actuator};
 use super::variables::{ByPart, Outputs};
 use crate::friction::{Contact, FrictionLaw, OVERWHELMING, Observation, Trend, states};
-use crate::numbers::{Number, Pair, Real, Scalar, Varying};
+use crate::numbers::{Number, Pair, Real, STILL, Scalar, Varying};
 use crate::pneumatics::actuator::{self, Actuating, Ports, STATES};
 use crate::pneumatics::chamber::{ChamberRates, Thermal};
 use crate::pneumatics::gas::{GAS_CONSTANT, GasState, HEAT_RATIO};
@@ -226,7 +226,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
     pub(super) fn directed_level<S: Scalar>(&self, x: &[S], rate: S, applied: S) -> S {
         let level = self.load_level(x);
         let factor = self.options.direction_factor;
-        if EXTENDED && (factor != 1.0 || factor.slope != 0.0) {
+        if EXTENDED && (factor != 1.0 || factor.slopes != STILL) {
             return level * self.options.directed_level(rate.value(), applied.value());
         }
         level

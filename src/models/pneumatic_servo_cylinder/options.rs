@@ -6,7 +6,7 @@
 use std::f64::consts::TAU;
 
 use super::motion::{Guidance, Motion};
-use crate::numbers::{Pair, Scalar, Tangent};
+use crate::numbers::{Pair, STILL, Scalar, Tangent};
 use crate::pneumatics::hose::Hose;
 use crate::variables::{Fixed, ParameterError, Tunable, Variable, units};
 use crate::{enumeration, parameters};
@@ -122,7 +122,7 @@ impl Options {
 
     /// Whether the load level of friction is another outwards than inwards.
     pub fn differs_by_direction(&self) -> bool {
-        self.direction_factor != 1.0 || self.direction_factor.slope != 0.0
+        self.direction_factor != 1.0 || self.direction_factor.slopes != STILL
     }
 
     /// Lengths and inner diameters in m of the hoses.

@@ -22,8 +22,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::co_simulation::{Direction, Simulation, Snapshot, SnapshotError};
 use crate::model::{Course, Experiment, Functions, Model, Panel, Signal, Start};
-use crate::numbers::{Real, Scalar, Tangent, Varying, sign};
-use crate::sensitivity::{Along, Crossing, NoDerivative, Varied};
+use crate::numbers::{DIRECTIONS, Real, STILL, Scalar, Slopes, Tangent, Varying, sign};
+use crate::sensitivity::{Along, Crossing, NoDerivative, Varied, seeds};
 use crate::solver::StepError;
 use crate::system::{Held, Kept, Sample, kept, varied};
 use crate::variables::{Meaning, ParameterError, ParameterSet, Table, Tunable, Variable, table_cache, units};
@@ -166,7 +166,7 @@ parameters! {
 
 impl Parameters {
     /// Those of values, which vary with slopes or (without any) not at all.
-    fn checked(values: &[f64], slopes: &[f64]) -> Result<Self, ParameterError> {
+    fn checked(values: &[f64], slopes: &[Slopes]) -> Result<Self, ParameterError> {
         let parameters = Self::read(&table().chosen(values, slopes))?;
         if parameters.polarity == 0 {
             return Err(ParameterError::new("valve.polarity", 0.0, "it must be 1 or -1"));
@@ -251,9 +251,9 @@ fn left<S: Scalar>(number: S, limit: S) -> S {
 const NEUTRAL: &str = "valve.neutral";
 
 impl<S: Varying> Kinks<S> {
-    /// What of a sample is just where its formula changes, in a direction that leads away from there.
-    fn limit(self) -> Option<&'static str> {
-        let Self { wanted, command, voltage, lack, integral } = self;
+    /// What of a sample is just where its formula changes, by whether a direction leads away from there.
+    fn limit(&self, direction: usize) -> Option<&'static str> {
+        let &Self { wanted, command, voltage, lack, integral } = self;
         let named = [
             (wanted, "the wanted velocity just at its limit"),
             (command, "the command just at an end of the line across the dead zone"),
@@ -261,7 +261,8 @@ impl<S: Varying> Kinks<S> {
             (lack, "no lack of velocity, with the voltage beyond its range"),
             (integral, "the integral part just at its limit"),
         ];
-        named.into_iter().find(|(left, _)| left.value() == 0.0 && left.slope() != 0.0).map(|(_, what)| what)
+        let is_left = |left: &S| left.value() == 0.0 && left.slopes()[direction] != 0.0;
+        named.into_iter().find(|(left, _)| is_left(left)).map(|(_, what)| what)
     }
 }
 
@@ -270,11 +271,11 @@ struct PositionController<S: Varying> {
     p: Parameters,
     time: f64,
     inputs: Held<{ Inputs::LEN }, S>,
-    /// Slopes of the inputs, in a direction of numbers with slopes.
-    seeds: [f64; Inputs::LEN],
+    /// Slopes of the inputs, of numbers with slopes.
+    seeds: [Slopes; Inputs::LEN],
     memory: Memory<S>,
     /// Where numbers with slopes have none any more.
-    lost: Option<NoDerivative>,
+    lost: [Option<NoDerivative>; DIRECTIONS],
 }
 
 /// Samples of the inputs.
@@ -320,11 +321,12 @@ impl<S: Varying> Memory<S> {
 impl<S: Varying> PositionController<S> {
     fn new(start: &Start) -> Result<Self, ParameterError> {
         let p = Parameters::checked(start.parameters, start.seeds.parameters)?;
-        let seeds = std::array::from_fn(|i| start.seeds.inputs.get(i).copied().unwrap_or_default());
+        let seeds: [Slopes; Inputs::LEN] =
+            std::array::from_fn(|i| start.seeds.inputs.get(i).copied().unwrap_or_default());
         let values: [S; Inputs::LEN] = std::array::from_fn(|i| S::with(start.inputs[i], seeds[i]));
         let memory = Memory { start: start.time, count: 0, last: Last::none(&Inputs::read(&values)) };
         let inputs = Held::new(start.time, values, [0.0; Inputs::LEN]);
-        Ok(Self { p, time: start.time, inputs, seeds, memory, lost: None })
+        Ok(Self { p, time: start.time, inputs, seeds, memory, lost: [const { None }; DIRECTIONS] })
     }
 
     fn next_sample(&self) -> Sample<Real> {
@@ -340,8 +342,11 @@ impl<S: Varying> PositionController<S> {
         self.time = self.time.max(due);
         let kinks = self.p.sample(&Inputs::read(&self.inputs.at(self.time)), &mut self.memory.last);
         self.memory.count += 1;
-        if S::VARIES && self.lost.is_none() {
-            self.lost = kinks.limit().map(|what| NoDerivative {
+        if !S::VARIES {
+            return;
+        }
+        for (direction, lost) in self.lost.iter_mut().enumerate().filter(|(_, lost)| lost.is_none()) {
+            *lost = kinks.limit(direction).map(|what| NoDerivative {
                 time: due,
                 event: "a sample".to_owned(),
                 reason: format!("it finds {what}"),
@@ -390,11 +395,15 @@ fn saved(snapshot: &Snapshot) -> Result<Memory<Real>, SnapshotError> {
 /// Between samples, which are a formula within its limits, nothing moves. When samples are taken is no question of slopes: they
 /// see the inputs of their communication point, however near it is.
 impl Varied for PositionController<Tangent> {
-    fn place(&mut self, snapshot: &Snapshot, along: Along) -> Result<(), SnapshotError> {
+    /// The controller has one mode.
+    fn check_start(&mut self, _start: &Start) {}
+
+    fn place(&mut self, snapshot: &Snapshot, along: &[Along]) -> Result<(), SnapshotError> {
         let Memory { start, count, last } = saved(snapshot)?;
-        let last = varied(&last, |place| if along == Along::Memory(place) { 1.0 } else { 0.0 });
-        (self.time, self.memory, self.lost) = (snapshot.time, Memory { start, count, last }, None);
-        self.seeds = std::array::from_fn(|i| if along == Along::Input(i) { 1.0 } else { 0.0 });
+        let last = varied(&last, |place| seeds(along, Along::Memory(place)));
+        (self.time, self.memory, self.lost) =
+            (snapshot.time, Memory { start, count, last }, [const { None }; DIRECTIONS]);
+        self.seeds = std::array::from_fn(|i| seeds(along, Along::Input(i)));
         Ok(())
     }
 
@@ -410,17 +419,13 @@ impl Varied for PositionController<Tangent> {
         self.go(self.time + size)
     }
 
-    fn outputs(&self, slopes: &mut [f64]) -> Result<(), NoDerivative> {
-        if let Some(lost) = &self.lost {
-            return Err(lost.clone());
-        }
-        slopes.fill(0.0);
-        slopes.iter_mut().zip(self.show()).for_each(|(slot, number)| *slot = number.slope);
-        Ok(())
+    fn outputs(&self, computed: &mut [Tangent]) -> [Option<NoDerivative>; DIRECTIONS] {
+        computed.iter_mut().zip(self.show()).for_each(|(slot, number)| *slot = number);
+        self.lost.clone()
     }
 
-    fn state(&self, _state: usize) -> f64 {
-        0.0
+    fn state(&self, _state: usize) -> Slopes {
+        STILL
     }
 
     fn memory(&self) -> Vec<Kept> {
@@ -431,8 +436,8 @@ impl Varied for PositionController<Tangent> {
         Vec::new()
     }
 
-    fn lost(&self) -> Option<&NoDerivative> {
-        self.lost.as_ref()
+    fn lost(&self, direction: usize) -> Option<&NoDerivative> {
+        self.lost[direction].as_ref()
     }
 }
 

@@ -265,19 +265,23 @@ impl Actuating for ProportionalValve {
 
     fn follow<S: Varying>(&self, commands: Commands<S>, set_point: &mut S) {
         let followed = self.set_point(commands.voltage, *set_point);
+        if !S::VARIES {
+            *set_point = followed;
+            return;
+        }
         let has_play = self.valve.hysteresis.is_used();
         let rests = has_play && followed.value() == set_point.value();
         // At an end of its range more of the voltage moves nothing, and nor does less where the play rests.
         let command = self.valve.unlimited(commands.voltage);
-        let is_at_end = command.value().abs() == 1.0 && command.slope() != 0.0;
-        *set_point = match (rests, is_at_end) {
-            (true, true) => *set_point,
+        let is_at_end = |direction: usize| command.value().abs() == 1.0 && command.slopes()[direction] != 0.0;
+        *set_point = if !rests {
+            followed.or(followed.unless_tied(S::of(followed.value())), is_at_end)
+        } else if self.valve.hysteresis.value == 0.0 {
             // A play that is nothing yet stays where it has been dragged to last.
-            (true, false) if self.valve.hysteresis.value == 0.0 => *set_point,
+            *set_point
+        } else {
             // At the edge of the play more of the voltage drags the set point, and less does not.
-            (true, false) => followed.unless_tied(*set_point),
-            (false, true) => followed.unless_tied(S::of(followed.value())),
-            (false, false) => followed,
+            followed.unless_tied(*set_point).or(*set_point, is_at_end)
         };
     }
 

@@ -147,7 +147,7 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
         }
         let at = bracket.end();
         let there = path.at(at / h);
-        Some((at, array(|i| S::with(there[i], states[i].slope()))))
+        Some((at, array(|i| S::with(there[i], states[i].slopes()))))
     }
 
     /// Switches at an event, or pauses before it.

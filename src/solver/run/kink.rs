@@ -41,10 +41,14 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
     /// The first kink that a step of a size in s meets.
     #[inline(always)]
     pub(super) fn kink(&self, h: f64, end_time: f64, end: &[S; N]) -> Option<Kink> {
+        if self.is_smooth(h, end_time, end) { None } else { Some(self.first_kink(h, end_time, &values(end))) }
+    }
+
+    /// Whether a step of a size in s meets no kink.
+    #[inline(always)]
+    pub(super) fn is_smooth(&self, h: f64, end_time: f64, end: &[S; N]) -> bool {
         let [u, u_end] = [self.time, end_time].map(|time| values(&self.inputs.at(time)));
-        let (x, end) = (&values(&self.x), &values(end));
-        let is_smooth = self.system.is_smooth([x, end], [&u, &u_end], &self.memory, h);
-        if is_smooth { None } else { Some(self.first_kink(h, end_time, end)) }
+        self.system.is_smooth([&values(&self.x), &values(end)], [&u, &u_end], &self.memory, h)
     }
 
     /// The first non-smooth point of the cubic between the ends of a step.

@@ -18,7 +18,7 @@ use super::error::StepError;
 use super::settings::Settings;
 use super::trial::Linearisation;
 use super::{numbers, values};
-use crate::numbers::{Real, Varying};
+use crate::numbers::{DIRECTIONS, Real, STILL, Slopes, Varying};
 use crate::system::{Counters, Held, Hints, QUANTITIES, Sample, StateIndex, System};
 use crate::variables::StateSet;
 
@@ -111,14 +111,14 @@ pub struct Run<H: System<U>, const N: usize, const U: usize, S: Varying = Real> 
     held: [bool; N],
     /// Whether the inputs of numbers with slopes have jumped since the memory followed them.
     jumped: bool,
-    /// By how much the present instant, an event, comes later along the direction of numbers with slopes.
-    late: f64,
+    /// By how much the present instant, an event, comes later along the directions of numbers with slopes.
+    late: Slopes,
     /// The largest slopes of the states so far.
-    peaks: [f64; N],
+    peaks: [Slopes; N],
     /// The events so far of numbers with slopes.
     crossings: Vec<Crossing>,
     /// Where these have lost their slopes.
-    lost: Option<Lost>,
+    lost: [Option<Lost>; DIRECTIONS],
 }
 
 /// The index of a state that counts where a friction law has states: with more states than the others.
@@ -189,10 +189,10 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
             attempts: 0,
             held: [false; N],
             jumped: false,
-            late: 0.0,
-            peaks: [0.0; N],
+            late: STILL,
+            peaks: [STILL; N],
             crossings: Vec::new(),
-            lost: None,
+            lost: [const { None }; DIRECTIONS],
         }
     }
 
@@ -265,7 +265,8 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
         (self.is_settled, self.indicators_hold) = (false, false);
         self.pending = pending.map(|event| event as usize);
         if S::VARIES {
-            (self.late, self.peaks, self.jumped, self.lost) = (0.0, [0.0; N], false, None);
+            (self.late, self.peaks, self.jumped) = (STILL, [STILL; N], false);
+            self.lost = [const { None }; DIRECTIONS];
             self.crossings.clear();
         }
     }
@@ -404,7 +405,7 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
     fn sample(&mut self, time: f64) -> Result<(), StepError> {
         if S::VARIES {
             let due: Sample<S> = self.system.next_sample::<S>(&self.memory);
-            self.postpone(due.time.slope());
+            self.postpone(due.time.slopes());
         }
         let now = S::with(time, self.late);
         let u = self.inputs_now();

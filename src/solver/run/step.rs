@@ -319,8 +319,8 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
         (self.is_linearised, self.arrived_with) = (false, knows_slope.then(|| self.inputs.at(time)));
         (self.leaving, self.beyond) = (None, 0.0);
         if S::VARIES {
-            for (peak, state) in self.peaks.iter_mut().zip(end) {
-                *peak = peak.max(state.slope().abs());
+            for (peaks, state) in self.peaks.iter_mut().zip(end) {
+                peaks.iter_mut().zip(state.slopes()).for_each(|(peak, slope)| *peak = peak.max(slope.abs()));
             }
         }
         if S::VARIES
@@ -344,6 +344,6 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
 }
 
 /// The fourth root, by correctly rounded square roots so that it has the same bits everywhere.
-fn fourth_root(value: f64) -> f64 {
+pub(super) fn fourth_root(value: f64) -> f64 {
     value.sqrt().sqrt()
 }

@@ -14,10 +14,11 @@
 use nalgebra::SMatrix;
 
 use super::Run;
-use crate::numbers::Varying;
+use super::step::fourth_root;
+use crate::numbers::{DIRECTIONS, STILL, Slopes, Varying, first};
 use crate::solver::event::Hermite;
 use crate::solver::relaxing::Relaxing;
-use crate::solver::runge_kutta::Stages;
+use crate::solver::runge_kutta::{Explicit, Stages};
 use crate::solver::trial::{Linearisation, Trial};
 use crate::solver::{array, numbers, rosenbrock, values};
 use crate::system::{Indicator, System};
@@ -40,6 +41,9 @@ const NEGLIGIBLE: f64 = 1e-3;
 /// The smallest part of a step that slopes ask for, and that beside a kink, behind which a stage may look.
 const SMALLEST_PIECE: f64 = 1e-4;
 const SMALLEST_BESIDE_KINK: f64 = 1e-9;
+/// The most parts of a step that slopes ask for at once, and a margin for their number.
+const MOST_PARTS: f64 = 16.0;
+const MARGIN: f64 = 1.1;
 /// Largest number of separate kinks within a step.
 const MOST_KINKS: usize = 4;
 
@@ -52,8 +56,8 @@ pub struct Crossing {
     pub event: usize,
     /// The rate of its indicator, in its own unit per s: negative.
     pub rate: f64,
-    /// How much later it happens, in s per unit of the direction.
-    pub delay: f64,
+    /// How much later it happens, in s per unit of each direction.
+    pub delays: Slopes,
 }
 
 /// A point from which on a run has no derivative.
@@ -73,9 +77,18 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
         &self.crossings
     }
 
-    /// Where the slopes have been lost, if they have.
-    pub fn lost(&self) -> Option<&Lost> {
-        self.lost.as_ref()
+    /// Where the slopes in a direction have been lost, if they have.
+    pub fn lost(&self, direction: usize) -> Option<&Lost> {
+        self.lost[direction].as_ref()
+    }
+
+    /// Notes that slopes in some of the directions are lost, of those that have not been lost before.
+    fn lose(&mut self, event: usize, reason: &str, is_lost: impl Fn(usize) -> bool) {
+        for (direction, lost) in self.lost.iter_mut().enumerate() {
+            if lost.is_none() && is_lost(direction) {
+                *lost = Some(Lost { time: self.time, event, reason: reason.to_owned() });
+            }
+        }
     }
 
     /// The present time, which may be that of an event.
@@ -88,28 +101,34 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
     #[inline(always)]
     pub(super) fn inputs_now(&self) -> [S; U] {
         let mut u = self.inputs.at(self.time);
-        if S::VARIES && self.late != 0.0 {
+        if S::VARIES && self.late != STILL {
             for (input, slope) in u.iter_mut().zip(self.inputs.slopes()) {
-                *input = S::with(input.value(), input.slope() + slope * self.late);
+                *input = S::with(input.value(), moved(input.slopes(), slope, &self.late));
             }
         }
         u
     }
 
-    /// Comes to an event, whose instant moves along with the direction.
+    /// Comes to an event, whose instant moves along with the directions.
     #[cold]
     pub(super) fn cross(&mut self, event: usize) {
         let indicator =
-            |time: S, x: &[S; N], u: &[S; U]| self.system.indicators(time, x, u, &self.memory).as_ref()[event].slope();
+            |time: S, x: &[S; N], u: &[S; U]| self.system.indicators(time, x, u, &self.memory).as_ref()[event].slopes();
         let (time, u) = (self.time, self.inputs.at(self.time));
         let rates = self.system.derivatives(S::of(time), &self.x, &u, &self.memory);
-        let flow = array(|i| S::with(self.x[i].value(), rates[i].value()));
+        // Time takes the first direction.
+        let flow = array(|i| S::with(self.x[i].value(), first(rates[i].value())));
         let still = array(|i| S::of(self.x[i].value()));
         let (mut flowing, standing) = (u.map(|it| S::of(it.value())), u.map(|it| S::of(it.value())));
-        flowing.iter_mut().zip(self.inputs.slopes()).for_each(|(input, slope)| *input = S::with(input.value(), slope));
+        flowing
+            .iter_mut()
+            .zip(self.inputs.slopes())
+            .for_each(|(input, slope)| *input = S::with(input.value(), first(slope)));
         // Parameters and the memory, which vary in both, leave the difference to the motion.
-        let fall = indicator(S::with(time, 1.0), &flow, &flowing) - indicator(S::of(time), &still, &standing);
-        let change = indicator(S::of(time), &self.x, &u);
+        let [flowing, standing] =
+            [indicator(S::with(time, first(1.0)), &flow, &flowing), indicator(S::of(time), &still, &standing)];
+        let fall = flowing[0] - standing[0];
+        let changes = indicator(S::of(time), &self.x, &u);
         let nominal = nominal::<H, U>;
         let indicators = self.system.indicators(S::of(time), &self.x, &u, &self.memory);
         let is_at_limit =
@@ -117,31 +136,28 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
         let coincident = (0..indicators.as_ref().len()).find(is_at_limit);
         self.held = array(|i| rates[i].value() == 0.0);
         let grazes = fall.is_nan() || fall > -GRAZING * nominal(event);
-        if (grazes || coincident.is_some()) && (change != 0.0 || fall.is_nan()) {
-            if self.lost.is_none() {
-                let reason = match coincident {
-                    Some(other) if !grazes => format!("{} happens at the same instant", self.system.event_name(other)),
-                    _ => format!("the motion only grazes its limit, at {fall:e} of its unit per second"),
-                };
-                self.lost = Some(Lost { time, event, reason });
-            }
-            self.crossings.push(Crossing { time, event, rate: f64::NAN, delay: f64::NAN });
-            return;
+        let is_lost = changes.map(|change| (grazes || coincident.is_some()) && (change != 0.0 || fall.is_nan()));
+        if is_lost.contains(&true) {
+            let reason = match coincident {
+                Some(other) if !grazes => format!("{} happens at the same instant", self.system.event_name(other)),
+                _ => format!("the motion only grazes its limit, at {fall:e} of its unit per second"),
+            };
+            self.lose(event, &reason, |direction| is_lost[direction]);
         }
-        let delay = -change / fall;
-        self.crossings.push(Crossing { time, event, rate: fall, delay });
-        self.postpone(delay);
+        let delay = |direction: usize| if is_lost[direction] { f64::NAN } else { -changes[direction] / fall };
+        let delays: Slopes = std::array::from_fn(delay);
+        self.crossings.push(Crossing { time, event, rate: fall, delays });
+        self.postpone(delays.map(|delay| if delay.is_nan() { 0.0 } else { delay }));
     }
 
     /// Finds an event that inputs which have jumped bring exactly to its limit: more of the direction lets it happen, or less.
     pub(super) fn look_for_limits(&mut self) {
         let indicators = self.indicators();
-        let is_tied = |it: &S| it.value() == 0.0 && it.slope() != 0.0;
-        if self.lost.is_none()
-            && let Some(event) = indicators.as_ref().iter().position(is_tied)
-        {
-            let reason = "an input brings it exactly to its limit".to_owned();
-            self.lost = Some(Lost { time: self.time, event, reason });
+        for (event, it) in indicators.as_ref().iter().enumerate() {
+            let slopes = it.slopes();
+            if it.value() == 0.0 && slopes != STILL {
+                self.lose(event, "an input brings it exactly to its limit", |direction| slopes[direction] != 0.0);
+            }
         }
     }
 
@@ -152,11 +168,12 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
         let u = self.inputs.at(self.time).map(|it| S::of(it.value()));
         let slopes_by = |state: usize, share: f64| -> [S; N] {
             let mut x: [S; N] = array(|i| S::of(self.x[i].value()));
-            x[state] = S::with(x[state].value() + share * self.scales[state], 1.0);
+            x[state] = S::with(x[state].value() + share * self.scales[state], first(1.0));
             self.system.derivatives(S::of(self.time), &x, &u, &self.memory)
         };
-        let still =
-            |rates: [S; N], base: &[S; N]| -> [f64; N] { array(|i| (rates[i].slope() - base[i].slope()).abs()) };
+        let still = |rates: [S; N], base: &[S; N]| -> [f64; N] {
+            array(|i| (rates[i].slopes()[0] - base[i].slopes()[0]).abs())
+        };
         let is_steep = |state: usize| {
             // Parameters and the memory vary, too.
             let x: [S; N] = array(|i| S::of(self.x[i].value()));
@@ -164,35 +181,34 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
             let columns = NEARER.map(|share| still(slopes_by(state, share), &base));
             (0..N).any(|row| columns.windows(2).all(|two| two[1][row] > STEEPER * two[0][row]))
         };
-        if self.lost.is_none() && (0..N).any(|state| self.held[state] && is_steep(state)) {
-            let reason = "behind it rates have an infinite slope by a state that was held".to_owned();
-            self.lost = Some(Lost { time: self.time, event, reason });
+        if self.lost.contains(&None) && (0..N).any(|state| self.held[state] && is_steep(state)) {
+            self.lose(event, "behind it rates have an infinite slope by a state that was held", |_| true);
         }
         self.held = [false; N];
     }
 
-    /// Goes on to an instant that is later by a delay of the value 0.
-    pub(super) fn postpone(&mut self, delay: f64) {
-        if S::VARIES && delay != 0.0 {
-            self.late = delay;
-            self.shift(delay);
+    /// Goes on to an instant that is later by delays of the value 0.
+    pub(super) fn postpone(&mut self, delays: Slopes) {
+        if S::VARIES && delays != STILL {
+            self.late = delays;
+            self.shift(delays);
         }
     }
 
     /// Goes back from the instant of an event to the present time, behind the event.
     pub(super) fn catch_up(&mut self) {
-        if S::VARIES && self.late != 0.0 {
-            let delay = std::mem::replace(&mut self.late, 0.0);
-            self.shift(-delay);
+        if S::VARIES && self.late != STILL {
+            let delays = std::mem::replace(&mut self.late, STILL);
+            self.shift(delays.map(|delay| -delay));
         }
     }
 
-    /// Follows the motion by a delay of the value 0.
+    /// Follows the motion by delays of the value 0.
     #[cold]
-    fn shift(&mut self, delay: f64) {
+    fn shift(&mut self, delays: Slopes) {
         let rates = self.system.derivatives(S::of(self.time), &self.x, &self.inputs.at(self.time), &self.memory);
         for (state, rate) in self.x.iter_mut().zip(rates) {
-            *state = S::with(state.value(), state.slope() + rate.value() * delay);
+            *state = S::with(state.value(), moved(state.slopes(), rate.value(), &delays));
         }
     }
 
@@ -203,11 +219,30 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
         if !S::VARIES || !self.settings.is_adaptive() {
             return None;
         }
-        let is_accurate = self.inaccuracy(&self.x, end, &self.error) <= 1.0;
-        if is_accurate && self.kink(h, end_time, end).is_none() {
-            return None;
+        if !self.is_smooth(h, end_time, end) {
+            return self.in_pieces(h, end_time, end, false);
         }
-        self.in_pieces(h, end_time, end, false)
+        let excess = self.inaccuracy(&self.x, end, &self.error);
+        if excess > 1.0 { self.divided_step(h, end_time, end, excess) } else { None }
+    }
+
+    /// The states at the end of a smooth step with slopes whose error exceeds what is allowed by a factor.
+    // A function of its own, which leaves the step short.
+    #[inline(never)]
+    fn divided_step(&mut self, h: f64, end_time: f64, end: &[S; N], excess: f64) -> Option<[S; N]> {
+        let first = Some(&self.linearisation.derivatives).filter(|_| self.is_explicit);
+        let beside = [self.is_behind_event(), false];
+        let Piece { end: reached, rates, .. } = self.divided(h, [0.0, 1.0], beside, &self.x, first, excess)?;
+        let x = array(|i| S::with(end[i].value(), reached[i].slopes()));
+        self.end_slope = match rates {
+            Some(rates) => array(|i| S::with(self.end_slope[i].value(), rates[i].slopes())),
+            None => self.system.derivatives(S::of(end_time), &x, &self.inputs.at(end_time), &self.memory),
+        };
+        Some(x)
+    }
+
+    fn is_behind_event(&self) -> bool {
+        self.crossings.last().is_some_and(|crossing| crossing.time == self.time)
     }
 
     /// The states at an event at the end of a step of a size in s, with the slopes there: those of the trial steps that have located
@@ -217,17 +252,20 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
         let end_time = self.time + h;
         let slopes =
             if self.settings.is_adaptive() { self.in_pieces(h, end_time, &end, true) } else { self.trial(h).ok() };
-        slopes.map_or(end, |slopes| array(|i| S::with(end[i].value(), slopes[i].slope())))
+        slopes.map_or(end, |slopes| array(|i| S::with(end[i].value(), slopes[i].slopes())))
     }
 
     /// The largest error of a slope in a step relative to what is allowed.
     fn inaccuracy(&self, start: &[S; N], end: &[S; N], errors: &[S; N]) -> f64 {
-        let relative = |i: usize| {
-            let largest = self.peaks[i].max(start[i].slope().abs()).max(end[i].slope().abs());
-            errors[i].slope().abs() / largest.max(NEGLIGIBLE * self.scales[i])
-        };
-        (0..N).map(relative).fold(0.0, f64::max)
-            / self.settings.tolerance.max(if self.is_explicit { SHARPEST } else { SHARPEST_IMPLICIT })
+        let mut worst: f64 = 0.0;
+        for i in 0..N {
+            let (start, end, errors) = (start[i].slopes(), end[i].slopes(), errors[i].slopes());
+            for direction in 0..DIRECTIONS {
+                let largest = self.peaks[i][direction].max(start[direction].abs()).max(end[direction].abs());
+                worst = worst.max(errors[direction].abs() / largest.max(NEGLIGIBLE * self.scales[i]));
+            }
+        }
+        worst / self.settings.tolerance.max(if self.is_explicit { SHARPEST } else { SHARPEST_IMPLICIT })
     }
 
     /// The states at the end of a step in smooth pieces; at the end may be an event, with a kink beside it.
@@ -237,17 +275,14 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
         let [start_slope, end_slope] = self.slopes(end_time, &ended);
         let start = values(&self.x);
         let path = Hermite { start: &start, start_slope: &start_slope, end: &ended, end_slope: &end_slope, h };
-        let is_behind_event = self.crossings.last().is_some_and(|crossing| crossing.time == self.time);
         let (mut x, mut from) = (self.x, 0.0);
         for piece in 0..=MOST_KINKS {
             let to = if piece < MOST_KINKS { self.first_kink_behind(&path, from).unwrap_or(1.0) } else { 1.0 };
-            let beside = [from > 0.0 || is_behind_event, to < 1.0 || ends_on_event];
-            // The step as a whole has been tried.
-            let is_tried = to - from == 1.0 && !ends_on_event;
-            let reached = self.smooth_piece(&path, [from, to], beside, &x, is_tried)?;
+            let beside = [from > 0.0 || self.is_behind_event(), to < 1.0 || ends_on_event];
+            let reached = self.smooth_piece(h, [from, to], beside, &x, None)?.end;
             // Behind a kink the equations are those of its other side.
             let there = if to < 1.0 { self.between(&path, to) } else { ended };
-            x = array(|i| S::with(there[i], reached[i].slope()));
+            x = array(|i| S::with(there[i], reached[i].slopes()));
             from = to;
             if to >= 1.0 {
                 break;
@@ -257,27 +292,45 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
         Some(x)
     }
 
-    /// The states at the end of a smooth piece of a step, which may begin or end on a kink, in halves of halves where slopes ask
-    /// for it, or where the piece has been tried as a whole.
+    /// The end of a smooth piece of a step, which may begin or end on a kink, from rates at its start that may be known.
     fn smooth_piece(
         &self,
-        path: &Hermite<N>,
+        h: f64,
+        [from, to]: [f64; 2],
+        beside_kink: [bool; 2],
+        x: &[S; N],
+        first: Option<&[S; N]>,
+    ) -> Option<Piece<N, S>> {
+        let piece = self.piece(self.time + from * h, x, first, (to - from) * h)?;
+        let excess = self.inaccuracy(x, &piece.end, &piece.error);
+        let smallest = if beside_kink.contains(&true) { SMALLEST_BESIDE_KINK } else { SMALLEST_PIECE };
+        if excess <= 1.0 || to - from <= smallest {
+            return Some(piece);
+        }
+        self.divided(h, [from, to], beside_kink, x, first, excess)
+    }
+
+    /// The same where the error of a slope has been found to exceed what is allowed by a factor: in as many parts as the order of
+    /// the method asks for, or in halves beside a kink, where the error has another order.
+    fn divided(
+        &self,
+        h: f64,
         [from, to]: [f64; 2],
         [after_kink, before_kink]: [bool; 2],
         x: &[S; N],
-        is_tried: bool,
-    ) -> Option<[S; N]> {
-        if !is_tried {
-            let Trial { end, error } = self.piece(self.time + from * path.h, x, (to - from) * path.h)?;
-            let smallest = if after_kink || before_kink { SMALLEST_BESIDE_KINK } else { SMALLEST_PIECE };
-            let is_halved = to - from > smallest && self.inaccuracy(x, &end, &error) > 1.0;
-            if !is_halved {
-                return Some(end);
-            }
+        first: Option<&[S; N]>,
+        excess: f64,
+    ) -> Option<Piece<N, S>> {
+        let wanted = if after_kink || before_kink { 2.0 } else { (MARGIN * fourth_root(excess)).ceil() };
+        let last = wanted.clamp(2.0, MOST_PARTS) as usize - 1;
+        let size = (to - from) / (last + 1) as f64;
+        let mut done = self.smooth_piece(h, [from, from + size], [after_kink, false], x, first)?;
+        for part in 1..=last {
+            let end = if part == last { to } else { from + size * (part + 1) as f64 };
+            let ends = [from + size * part as f64, end];
+            done = self.smooth_piece(h, ends, [false, before_kink && part == last], &done.end, done.rates.as_ref())?;
         }
-        let middle = 0.5 * (from + to);
-        let half = self.smooth_piece(path, [from, middle], [after_kink, false], x, false)?;
-        self.smooth_piece(path, [middle, to], [false, before_kink], &half, false)
+        Some(done)
     }
 
     /// The states within a step: on the cubic between its ends, but for those with a closed form.
@@ -291,11 +344,12 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
         x
     }
 
-    /// The states after a piece of a step of a size in s; nothing if it leads nowhere.
-    fn piece(&self, time: f64, x: &[S; N], size: f64) -> Option<Trial<N, S>> {
+    /// The states after a piece of a step of a size in s, from rates at its start that may be known, and the rates at its end
+    /// where the method yields them; nothing if it leads nowhere.
+    fn piece(&self, time: f64, x: &[S; N], first: Option<&[S; N]>, size: f64) -> Option<Piece<N, S>> {
         let (system, memory, inputs) = (&self.system, &self.memory, &self.inputs);
         let u = inputs.at(time);
-        let first = system.derivatives(S::of(time), x, &u, memory);
+        let first = first.copied().unwrap_or_else(|| system.derivatives(S::of(time), x, &u, memory));
         if !self.is_explicit {
             let mut here = Linearisation { derivatives: first, jacobian: SMatrix::zeros(), time_slopes: None };
             let plain = values(&u);
@@ -303,14 +357,29 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
             if inputs.vary() || system.depends_on_time() {
                 here.time_slopes = Some(self.time_slopes(time, x, &plain));
             }
-            return rosenbrock::step(system, time, x, inputs, memory, &here, size);
+            let Trial { end, error } = rosenbrock::step(system, time, x, inputs, memory, &here, size)?;
+            return Some(Piece { end, error, rates: None });
         }
         let rate = || system.relaxation(S::of(time), x, &first, &u, memory);
         let relaxing = Self::RELAXING.and_then(|_| Relaxing::new(rate(), size));
         let led = (H::LED > 0 && !inputs.vary()).then(|| system.led(x, &u, memory, &system.stride(size)));
         let (led, relaxing) = (led.as_ref(), Self::RELAXING.zip(relaxing.as_ref()));
-        Some(Stages { system, time, x, inputs, memory, first: &first, h: size, led, relaxing }.classical().trial)
+        let stages = Stages { system, time, x, inputs, memory, first: &first, h: size, led, relaxing };
+        let Explicit { trial: Trial { end, error }, slope, .. } = stages.classical();
+        Some(Piece { end, error, rates: Some(slope) })
     }
+}
+
+/// States after a piece of a step, their error, and rates there if they are known.
+struct Piece<const N: usize, S> {
+    end: [S; N],
+    error: [S; N],
+    rates: Option<[S; N]>,
+}
+
+/// Slopes of a number that moves at a rate until instants that come later by delays.
+fn moved(slopes: Slopes, rate: f64, delays: &Slopes) -> Slopes {
+    std::array::from_fn(|direction| slopes[direction] + rate * delays[direction])
 }
 
 /// The magnitude of an indicator.
