@@ -494,14 +494,16 @@ impl Plant {
 
     /// The events since sensitivities are carried along, with times since the start of the run.
     pub fn crossings(&self) -> Vec<Crossing> {
+        let is_same =
+            |a: &Crossing, b: &Crossing| a.event == b.event && (a.time - b.time).abs() <= 1e-9 * (1.0 + b.time);
         let runs: Vec<_> = self.varied.iter().map(|beside| (&beside.places, beside.run.crossings())).collect();
         let count = runs.iter().map(|(places, _)| places.len()).sum();
         let mut all = runs.first().map(|(_, crossings)| crossings.clone()).unwrap_or_default();
         for (number, crossing) in all.iter_mut().enumerate() {
             let mut delays = vec![f64::NAN; count];
             for (places, crossings) in &runs {
-                // A run that has lost its slopes has the same events.
-                let same = crossings.get(number).filter(|it| (it.time, it.event) == (crossing.time, crossing.event));
+                // A run that has lost its slopes has the same events, and one with a part that is 0 but for rounding.
+                let same = crossings.get(number).filter(|it| is_same(it, crossing));
                 for (place, delay) in places.iter().zip(same.into_iter().flat_map(|it| &it.delays)) {
                     delays[*place] = *delay;
                 }
