@@ -5,13 +5,17 @@ from __future__ import annotations
 import os
 import signal
 import subprocess
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pneumatic_servo as ps
 import pytest
 from bounds import assert_close
 from clusters import cluster
 from dask.distributed import Client
+from pneumatic_servo.identification.solve import jacobian
 from test_identification import RIG, RIG_COLUMNS, TRUE_FRICTION, bench, write
 from test_package_cli import COMMAND
 
@@ -56,6 +60,44 @@ def test_cluster_finds_the_same() -> None:
     # Where the cost changes by less than a millionth, both are at its bottom but for this.
     assert there.values.keys() == here.values.keys()
     assert_close(list(there.values.values()), list(here.values.values()), rel=1e-10, what="values")
+
+
+@pytest.mark.parametrize("experiment", ["motion", "rig"])
+def test_exact_jacobian_is_that_of_differences(experiment: str) -> None:
+    """On a bench with an imposed motion, whose input does not depend on parameters, and on a rig that sticks."""
+    given: dict[str, Any] = {"law": "Stribeck", "fit": FREE, "settings": KNOWN, "starts": 0}
+    if experiment == "rig":
+        given |= {"columns": RIG_COLUMNS, "settings": {**KNOWN, "supplyPressure": 6e5, "valve.deadZone": 0.065}}
+    data = bench() if experiment == "motion" else RIG
+    found = ps.fit(data, experiment=experiment, play=0.0, jac="exact", **given)
+    problem, x = found.problem, found.x
+    exact, other = (jacobian(replace(problem, jac=jac), x) for jac in ("exact", "differences"))
+    for column, expected in zip(exact.T, other.T, strict=True):
+        # The root of the mean square: a sample beside an event differs by what the difference straddles.
+        assert_close(
+            float(np.linalg.norm(column - expected)) / float(np.linalg.norm(expected)),
+            0.0,
+            within=2e-2,
+            what=experiment,
+        )
+    plain = ps.fit(data, experiment=experiment, play=0.0, **given)
+    for name, estimate in plain.parameters.items():
+        width = estimate.high - estimate.low
+        assert abs(found.values[name] - estimate.value) < 0.05 * width, (name, found.values[name], estimate)
+
+
+def test_exact_jacobian_names_what_has_no_derivative() -> None:
+    """A break-away exponent up to one half leaves open how the carriage leaves its rest."""
+    known = {**KNOWN, "supplyPressure": 6e5, "valve.deadZone": 0.065, "friction.stribeck.delta": 0.5}
+    told = r"differences of runs are taken by friction\.stribeck\.\w+.*no derivative"
+    with pytest.warns(ps.PlantWarning, match=told):
+        ps.fit(RIG, experiment="rig", law="Stribeck", fit=FREE, columns=RIG_COLUMNS, settings=known, starts=0, play=0.0,
+               jac="exact")  # fmt: skip
+
+
+def test_other_jacobians_are_refused() -> None:
+    with pytest.raises(ValueError, match=r"jac='2-point': it must be differences or exact"):
+        ps.plan(law="Stribeck", jac="2-point")
 
 
 @pytest.mark.skipif(os.name == "nt", reason="interrupts are sent differently there")
