@@ -114,6 +114,7 @@ fn begins_otherwise<E: System<U>, const N: usize, const U: usize>(
     direction: usize,
 ) -> bool {
     let is_moved = |seeds: &[Slopes], place: usize| seeds.get(place).is_some_and(|seed| seed[direction] != 0.0);
+    let of_inputs = start.seeds.inputs;
     let memory = |share: f64| {
         let magnitude = |value: f64, typical: f64| if value == 0.0 { typical } else { value.abs() };
         let moved = |(place, value): (usize, &f64)| match is_moved(start.seeds.parameters, place) {
@@ -129,12 +130,11 @@ fn begins_otherwise<E: System<U>, const N: usize, const U: usize>(
         let (equations, _) = build::<E, U>(&start).ok().filter(|_| is_legal)?;
         let u = std::array::from_fn(|i| {
             let value = start.inputs[i];
-            Real::of(if is_moved(start.seeds.inputs, i) { value + share * magnitude(value, 1.0) } else { value })
+            Real::of(if is_moved(of_inputs, i) { value + share * magnitude(value, 1.0) } else { value })
         });
         Some(equations.start::<Real, N>(&u).1)
     };
-    let seeds = start.seeds.parameters.iter().chain(start.seeds.inputs);
-    if seeds.into_iter().all(|seed| seed[direction] == 0.0) {
+    if start.seeds.parameters.iter().chain(of_inputs).all(|seed| seed[direction] == 0.0) {
         return false;
     }
     let Some(here) = memory(0.0) else { return false };

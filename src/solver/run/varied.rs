@@ -146,7 +146,8 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
         }
         let delay = |direction: usize| if is_lost[direction] { f64::NAN } else { -changes[direction] / fall };
         let delays: Slopes = std::array::from_fn(delay);
-        self.crossings.push(Crossing { time, event, rate: fall, delays });
+        let rate = if is_lost.contains(&true) { f64::NAN } else { fall };
+        self.crossings.push(Crossing { time, event, rate, delays });
         self.postpone(delays.map(|delay| if delay.is_nan() { 0.0 } else { delay }));
     }
 
