@@ -3,7 +3,7 @@
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use pneumatic_servo::conformance::law::{self, benched, passive};
-use pneumatic_servo::conformance::{repeats, slopes};
+use pneumatic_servo::conformance::{numbers, repeats, slopes};
 use pneumatic_servo::prelude::*;
 
 parameters! {
@@ -90,6 +90,29 @@ impl FrictionLaw for Silent {
     }
 }
 
+parameters! {
+    /// Its force depends on whether a run is differentiated.
+    Partial {
+        force: Tunable = Variable::parameter(0, "F", units::NEWTON, 5.0).text("Force");
+    }
+}
+
+impl FrictionLaw for Partial {
+    type Memory<S: Varying> = f64;
+
+    fn start<S: Varying>(&self, _contact: &Contact<S>) -> f64 {
+        if S::VARIES { 1.001 } else { 1.0 }
+    }
+
+    fn force<S: Scalar>(&self, contact: &Contact<S>, _z: &[S], share: &f64, _rates: &mut [S]) -> S {
+        contact.level * *share * self.force * contact.velocity
+    }
+
+    fn is_sticking<S: Varying>(_share: &f64) -> bool {
+        false
+    }
+}
+
 laws! {
     /// Laws that break a promise each, and one that keeps all.
     mod catalogue {
@@ -99,6 +122,7 @@ laws! {
         1002 Blind "blind" OfVelocity<Blind>, "Loses the slope by the velocity";
         1003 Driving "driving" OfVelocity<Driving>, "Drives one way";
         1004 Silent "silent" Silent, "Says of no change";
+        1005 Partial "partial" Partial, "Differs in numbers with slopes";
     }
 }
 
@@ -118,6 +142,13 @@ fn lost_slope_by_a_parameter_is_named() {
     let said = refusal(|| slopes(&moved("Lost"))).unwrap_or_default();
     assert!(said.contains("the derivative of frictionForce by friction.lost.b is 0, and"), "{said}");
     assert_eq!(refusal(|| slopes(&moved("Kept"))), None);
+}
+
+#[test]
+fn values_that_differ_in_numbers_with_slopes_are_found() {
+    let said = refusal(|| numbers(&moved("Partial"), 0.1)).unwrap_or_default();
+    assert!(said.contains(" in numbers with slopes, and ") && said.contains("under Partial: "), "{said}");
+    assert_eq!(refusal(|| numbers(&moved("Kept"), 0.1)), None);
 }
 
 #[test]

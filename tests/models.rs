@@ -136,6 +136,17 @@ fn end_does_not_depend_on_the_communication_step() {
     }
 }
 
+/// Whoever differentiates a run sees the same run: under every law and in every model.
+#[test]
+fn values_have_the_same_bits_in_numbers_with_slopes() {
+    for model in models::ALL {
+        conformance::numbers(&pushed(model, 14), 0.05 * model.experiment.stop_time);
+    }
+    for (law, ..) in LAWS.items {
+        conformance::numbers(&pushed(&models::friction_bench::MODEL, *law), 0.1);
+    }
+}
+
 /// The bits of all computed values after a short run.
 fn outcome(setup: &Setup) -> Vec<u64> {
     let mut plant = setup.start(0.0).unwrap_or_else(|error| panic!("{}: {error}", setup.model().name));
