@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pneumatic_servo import _native
+from pneumatic_servo.argument_names import quoted
 from pneumatic_servo.errors import warn
 from pneumatic_servo.identification.experiments import Experiment, Window
 from pneumatic_servo.identification.experiments.base import SHORTEST, Around
@@ -19,7 +20,6 @@ from pneumatic_servo.identification.sensor import Sensor
 from pneumatic_servo.run import Runs
 from pneumatic_servo.tasks import available_cores
 from pneumatic_servo.variables import Value
-from pneumatic_servo.argument_names import quoted
 
 Array = NDArray[np.float64]
 Vectors = Sequence[tuple[Mapping[str, float], Sequence[Mapping[str, float]]]]
