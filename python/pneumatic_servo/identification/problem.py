@@ -465,8 +465,10 @@ def check_jac(jac: str) -> None:
 
 def tell_underivable(problem: Problem) -> None:
     """Warn of parameters by which differences were taken though exact derivatives were asked for."""
-    for name, why in problem.underivable.items():
-        warn(f"differences of runs are taken by {name}, by which a run has no derivative: {why}")
+    if problem.underivable:
+        why = next(iter(problem.underivable.values()))
+        named = ", ".join(problem.underivable)
+        warn(f"differences of runs are taken by {named}, by which a run has no derivative: {why}")
 
 
 def _pairs(group: list[int], every: Vectors) -> list[tuple[int, int]]:
