@@ -134,11 +134,14 @@ def ranking(data: dict[str, Array], laws: Sequence[str]) -> list[ps.Fit]:
 
 
 def draw_tribometer(fits: Sequence[ps.Fit], laws: Sequence[str]) -> Figure:
-    """Force over position at the end of the half that was not fitted: measured, and predicted by a law each."""
-    chosen = [next(found for found in fits if found.law == law) for law in laws]
+    """Force over position at the end of the half that was not fitted: measured, and predicted by a law each.
+
+    Laws that were not fitted are left out; where none of them was, the four best are drawn.
+    """
+    chosen = [found for law in laws for found in fits if found.law == law] or list(fits[:4])
     with mpl.rc_context(STYLE):
         figure = Drawing(figsize=(WIDTH, 2.6), layout="constrained")
-        axes = figure.subplots(1, len(chosen), sharey=True)
+        axes = figure.subplots(1, len(chosen), sharey=True, squeeze=False)[0]
         for axis, found in zip(axes, chosen, strict=True):
             [window], [[difference]] = found.problem.windows, found.problem.differences([found.x])
             end = slice(-SHOWN, None)
