@@ -43,12 +43,10 @@ PRIVATE = {
     "hasty": "fast", "takes home": "exports",
 }  # fmt: skip
 """Words of this library's past, and what the field says (docs/glossary.md)."""
-LATER = ("docs/sensitivities",)
-"""Texts that the newer rules do not hold for yet: at most 40 words, other openings and words."""
 MODULES = ["*/src/**/*.rs", "src/**/*.rs", "*/*/src/**/*.rs", "**/tests/**/*.rs", "python/**/*.py", "tests/python/*.py",
            "site/*.py", "studies/*.py", "examples/*.py"]  # fmt: skip
-COMMENTS = ["fit/**/*.rs", "fmu/**/*.rs", "packaging/**/*.rs", "xtask/**/*.rs", "sources/**/*.rs", "tests/*.rs",
-            "playground/src/*.rs", "playground/page/**/*.ts", "benches/**/*.rs", "python/pneumatic_servo/**/*.py",
+COMMENTS = ["src/**/*.rs", "fit/**/*.rs", "fmu/**/*.rs", "packaging/**/*.rs", "xtask/**/*.rs", "sources/**/*.rs",
+            "tests/*.rs", "playground/src/*.rs", "playground/page/**/*.ts", "benches/**/*.rs", "python/pneumatic_servo/**/*.py",
             "site/*.py", "studies/*.py", "examples/*.py", "tests/python/*.py"]  # fmt: skip
 """Files whose comments all keep the rules, not only their first lines."""
 OPENINGS = r"(What|How|Who|Whose|Whatever|Whoever|Those|That of)\b"
@@ -132,15 +130,14 @@ def sentences(paragraph: str) -> list[str]:
     return re.split(r"(?<=[.!?:;])[)\"']*\s+", plain)
 
 
-def problems(paragraph: str, is_later: bool = False) -> Iterator[str]:
+def problems(paragraph: str) -> Iterator[str]:
     """Name what is hard to read in a paragraph."""
     for sentence in sentences(paragraph):
         words = re.findall(r"[A-Za-zÀ-ÿ][\w'-]*", sentence)
-        if not is_later:
-            yield from private(sentence)
-            if re.match(OPENINGS, sentence) and not sentence.endswith("?"):
-                yield f"opens with a pronoun: {' '.join(sentence.split())[:70]}..."
-        if len(words) > LONGEST + 10 * is_later:
+        yield from private(sentence)
+        if re.match(OPENINGS, sentence) and not sentence.endswith("?"):
+            yield f"opens with a pronoun: {' '.join(sentence.split())[:70]}..."
+        if len(words) > LONGEST:
             yield f"a sentence of {len(words)} words: {' '.join(sentence.split())[:70]}..."
         for one, other in itertools.pairwise(words):
             is_twice = one.lower() == other.lower() and one.isalpha() and f"{one} {other}" in sentence
@@ -190,8 +187,7 @@ def main(given: list[str]) -> int:
         kinds = {".html": lambda text: Prose(text).found, ".ipynb": of_notebook}
         for line, paragraph in kinds.get(file.suffix, of_markdown)(text):
             count += len(sentences(paragraph))
-            is_later = file.is_relative_to(ROOT) and str(file.relative_to(ROOT)).startswith(LATER)
-            for problem in problems(paragraph, is_later):
+            for problem in problems(paragraph):
                 found += 1
                 print(f"{file.relative_to(ROOT) if file.is_relative_to(ROOT) else file}:{line}: {problem}")
     for problem in [] if given else comments():

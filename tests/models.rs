@@ -136,7 +136,7 @@ fn end_does_not_depend_on_the_communication_step() {
     }
 }
 
-/// Whoever differentiates a run sees the same run: under every law and in every model.
+/// A differentiated run is the same run: under every law and in every model.
 #[test]
 fn values_have_the_same_bits_in_numbers_with_slopes() {
     for model in models::ALL {

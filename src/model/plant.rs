@@ -28,7 +28,7 @@ pub struct Plant {
     /// Inputs at the start.
     first_inputs: Vec<f64>,
     tolerance: Option<f64>,
-    /// What the run is differentiated by.
+    /// Directions of the derivatives.
     varied: Vec<Beside>,
     /// Runs that serve for single steps, by the parameters that they vary with.
     pub(super) spare: Vec<(Parameters, Box<dyn Varied>)>,

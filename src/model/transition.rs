@@ -50,8 +50,8 @@ impl Plant {
         self.linearised(Some(Until::After(size)), parameters, outputs)
     }
 
-    /// How a scalar of a run from here on changes with what is added to the inputs over each step, with the present states and
-    /// numbers of the memory, and with parameters. In a run that has not begun yet, the first inputs and parameters act on its start,
+    /// Gradient of a scalar of a run from here on by additions to the inputs over each step, by the present states and
+    /// numbers of the memory, and by parameters. In a run that has not begun yet, the first inputs and parameters act on its start,
     /// too. The scalar is a weighted sum of outputs: `weight` has the weight of an output,
     /// by its place, at the begin (0) and behind each step. Before every step of the way `go_on` is asked whether to go on; if not,
     /// there is no gradient.
@@ -143,8 +143,8 @@ impl Plant {
         Ok(columns)
     }
 
-    /// How outputs of a run from here on change along a direction, at the begin and behind each step: with what is added to the
-    /// inputs over each step, and with parameters. By the chain of [transitions](Self::transition) forwards, of which one is held
+    /// Derivatives of outputs of a run from here on along a direction, at the begin and behind each step: of additions to the
+    /// inputs over each step, and of parameters. By the chain of [transitions](Self::transition) forwards, of which one is held
     /// at a time.
     ///
     /// # Errors

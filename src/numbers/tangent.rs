@@ -29,7 +29,7 @@ pub const STILL: Slopes = [0.0; DIRECTIONS];
 pub struct Tangent {
     /// The value.
     pub value: f64,
-    /// How fast it changes in each direction.
+    /// Derivatives in the directions.
     pub slopes: Slopes,
 }
 

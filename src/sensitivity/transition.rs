@@ -2,7 +2,7 @@
 
 use super::NoDerivative;
 
-/// What a communication step does to small changes, exact through the events in it: rows are what changes, columns by what.
+/// Transition matrices of a communication step, exact through the events in it: rows are the results, columns the variables.
 ///
 /// ```text
 /// x+ = A*x + B*u + P*p        y = C*x + D*u + Q*p
@@ -61,7 +61,7 @@ impl Transition {
     pub fn of(columns: Vec<Column>, states: &States, names: Vec<String>, inputs: usize, outputs: usize) -> Self {
         let memory: Vec<String> =
             columns.first().into_iter().flat_map(|column| &column.memory).map(|(name, _)| name.clone()).collect();
-        // What has no slope is left out: whoever asks for it finds it missing.
+        // Columns without a derivative are left out: a request for one finds it missing.
         let with_slopes = || columns.iter().filter(|column| column.outputs.is_ok());
         let has_slopes = |place: &usize| with_slopes().all(|column| !column.memory[*place].1.is_nan());
         let kept: Vec<usize> = (0..memory.len()).filter(has_slopes).collect();

@@ -95,7 +95,7 @@ pub fn step<H: System<U>, S: Varying, const N: usize, const U: usize>(
     Some(Trial { end: combine(&argument, [&k6], [1.0], 1.0), error: k6 })
 }
 
-/// How the slopes of numbers change along a way, at its begin: the second derivative of a smooth function, by central differences of
+/// Change of the derivatives of numbers along a path, at its start: the second derivative of a smooth function, by central differences of
 /// the first, which is exact. They are good to some 1e-10.
 fn change_along<S: Varying, const N: usize>(numbers: impl Fn(f64) -> [S; N]) -> [Slopes; N] {
     const SHARE: f64 = 1e-5;

@@ -32,7 +32,7 @@ TOLERANCE = 1e-6
 """Relative tolerance of the solver at which differences of runs are differences of parameters."""
 
 JACOBIANS = ("differences", "exact")
-"""What a Jacobian is made of."""
+"""Kinds of a Jacobian."""
 
 PULL = 1.5
 """Standard deviation, in logarithms, of how far a parameter without bounds is from its start: a factor of 4.5."""
@@ -89,7 +89,7 @@ class Problem:
     scale: float = 1.0
     """Factor of all friction, where the model takes its load level as an input."""
     jac: str = "differences"
-    """What the Jacobian is made of: differences of runs, or the exact derivatives of one."""
+    """Kind of the Jacobian: differences of runs, or the exact derivatives of one."""
     underivable: dict[str, str] = field(default_factory=dict, compare=False)
     """Names by which a run had no derivative, so that differences were taken, and why."""
     refusals: list[str] = field(default_factory=list, compare=False)

@@ -165,7 +165,7 @@ parameters! {
 }
 
 impl Parameters {
-    /// Those of values, which vary with slopes or (without any) not at all.
+    /// Parameters with these values, which vary with slopes or (without any) not at all.
     fn checked(values: &[f64], slopes: &[Slopes]) -> Result<Self, ParameterError> {
         let parameters = Self::read(&table().chosen(values, slopes))?;
         if parameters.polarity == 0 {
@@ -251,7 +251,7 @@ fn left<S: Scalar>(number: S, limit: S) -> S {
 const NEUTRAL: &str = "valve.neutral";
 
 impl<S: Varying> Kinks<S> {
-    /// What of a sample is just where its formula changes, by whether a direction leads away from there.
+    /// Kink of the formula at which a sample lies exactly, if a direction leads away from there.
     fn limit(&self, direction: usize) -> Option<&'static str> {
         let &Self { wanted, command, voltage, lack, integral } = self;
         let named = [

@@ -56,7 +56,7 @@ pub struct Crossing {
     pub event: usize,
     /// The rate of its indicator, in its own unit per s: negative.
     pub rate: f64,
-    /// How much later it happens, in s per unit of each direction.
+    /// Derivatives of its time, in s per unit of each direction.
     pub delays: Slopes,
 }
 
