@@ -47,7 +47,8 @@ MODULES = ["*/src/**/*.rs", "src/**/*.rs", "*/*/src/**/*.rs", "**/tests/**/*.rs"
            "site/*.py", "studies/*.py", "examples/*.py"]  # fmt: skip
 COMMENTS = ["src/**/*.rs", "fit/**/*.rs", "fmu/**/*.rs", "packaging/**/*.rs", "xtask/**/*.rs", "sources/**/*.rs",
             "tests/*.rs", "playground/src/*.rs", "playground/page/**/*.ts", "benches/**/*.rs",
-            "python/pneumatic_servo/**/*.py", "site/*.py", "studies/*.py", "examples/*.py", "tests/python/*.py"]  # fmt: skip
+            "python/pneumatic_servo/**/*.py", "site/*.py", "studies/*.py", "examples/*.py",
+            "tests/python/*.py"]  # fmt: skip
 """Files whose comments all keep the rules, not only their first lines."""
 OPENINGS = r"(What|How|Who|Whose|Whatever|Whoever|Those|That of)\b"
 MODULE = re.compile(r'(?://! |"""|// )(What|How|Who|Whose|Whether|Where|When|Why|Those|That|These)\b')
