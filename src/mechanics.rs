@@ -96,7 +96,7 @@ fn hardened<S: Scalar>(penetration: S, clearance: Tangent) -> S {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::numbers::Real;
+    use crate::numbers::{Real, STILL};
 
     const STOPS: EndStops = EndStops {
         stroke: Tangent::still(0.5),
