@@ -1,6 +1,6 @@
 //! Sensitivities of a run to parameters, start values, states and inputs, exact through events.
 //!
-//! A run is repeated in numbers that carry slopes in a few directions ([`Tangent`](crate::numbers::Tangent)): the same equations,
+//! A run is repeated in numbers that carry slopes in a few directions ([`Tangent`]): the same equations,
 //! the same solver, the same bits ([`Varied`]). Its slopes are those of the scheme with all adaptive choices held, which is
 //! known as internal numerical differentiation (Bock, 1981). With states `x`, rates `f-` before and `f+` behind an event with
 //! the indicator `g`, and the change there, `switch` (the saltation matrix):

@@ -10,7 +10,7 @@ use std::fmt;
 use serde::de::DeserializeOwned;
 use serde::ser::{self, Serialize, Serializer};
 
-use crate::numbers::{KEPT, STILL, Slopes};
+use crate::numbers::{KEPT, Slopes};
 
 /// A number that a discrete state keeps.
 #[derive(Clone, Debug, PartialEq)]
@@ -34,7 +34,7 @@ pub fn varied<A: Serialize, B: DeserializeOwned>(state: &A, slopes: impl Fn(usiz
 /// A discrete state of numbers with slopes, of which none varies.
 #[cfg(feature = "sensitivities")]
 pub fn still<M: Serialize + DeserializeOwned>(state: &M) -> M {
-    renewed(state, size_of::<Slopes>(), |_| STILL)
+    renewed(state, size_of::<Slopes>(), |_| crate::numbers::STILL)
 }
 
 /// A discrete state whose numbers have other slopes in place of those that take a number of bytes.

@@ -133,7 +133,7 @@ def fit(
     intervals : str
         ``jacobian``, ``profile`` or ``bootstrap``.
     jac : str
-        What derivatives of residuals are made of: ``differences`` of runs, or the ``exact`` sensitivities of one.
+        Source of the derivatives of residuals: ``differences`` of runs, or the ``exact`` sensitivities of one.
         Where a run has none by a parameter, differences are taken by that, and a warning tells.
     posterior : bool
         Whether to draw from the posterior, too: see `Posterior`. It needs emcee, and takes thousands of runs.
