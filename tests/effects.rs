@@ -63,10 +63,14 @@ fn contexts(model: &Model, name: &str) -> Vec<Changes> {
     let table = model.table();
     let variable = name.split('=').next().expect("a name");
     let own: Vec<Changes> = match variable.split('.').collect::<Vec<_>>()[..] {
-        ["friction", group, _] if law_of(table, variable).is_some() => {
+        ["friction", group, _, ..] if law_of(table, variable).is_some() => {
             let law: Changes = law_of(table, variable).into_iter().collect();
             let with = |rig: Changes| law.iter().copied().chain(rig).collect::<Changes>();
             return [vec![]].into_iter().chain(of_laws(group)).chain(rigs(model)).map(with).collect();
+        }
+        ["sensor", "end", ..] => {
+            let hysteresis = [("sensor.end.distance[1]", 0.249), ("position0", 0.249), ("velocity0", 0.5)];
+            vec![vec![("position0", 0.003)], vec![("position0", 0.497)], hysteresis.to_vec()]
         }
         ["sensor", ..] => {
             const NOISY: [[&str; 2]; 4] = [
@@ -97,9 +101,12 @@ fn contexts(model: &Model, name: &str) -> Vec<Changes> {
     [vec![]].into_iter().chain(own).chain(rigs(model)).chain(of_options(model)).collect()
 }
 
+/// Id of the drive of the bench by a prescribed velocity.
+const PRESCRIBED: f64 = 2.0;
+
 /// The law that a parameter is of, if it is of one.
 fn law_of(table: &Table, parameter: &str) -> Option<(&'static str, f64)> {
-    let ["friction", group, _] = parameter.split('.').collect::<Vec<_>>()[..] else { return None };
+    let ["friction", group, _, ..] = parameter.split('.').collect::<Vec<_>>()[..] else { return None };
     let Kind::Enumeration(laws) = table.find("friction.law")?.variable.kind else { return None };
     let law = laws.items.iter().find(|(_, law, _)| law.eq_ignore_ascii_case(group));
     law.map(|(id, ..)| ("friction.law", f64::from(*id)))
@@ -138,6 +145,28 @@ fn of_laws(group: &str) -> Vec<Changes> {
                 "friction.maxwellSlip.W[10]",
             ];
             vec![LIMITS.map(|limit| (limit, 1.0)).into_iter().chain([("friction.maxwellSlip.N", 10.0)]).collect()]
+        }
+        "table" => {
+            // Both directions, at speeds between all points.
+            const SPEEDS: [[&str; 2]; 10] = [
+                ["friction.table.outwards.speed[2]", "friction.table.inwards.speed[2]"],
+                ["friction.table.outwards.speed[3]", "friction.table.inwards.speed[3]"],
+                ["friction.table.outwards.speed[4]", "friction.table.inwards.speed[4]"],
+                ["friction.table.outwards.speed[5]", "friction.table.inwards.speed[5]"],
+                ["friction.table.outwards.speed[6]", "friction.table.inwards.speed[6]"],
+                ["friction.table.outwards.speed[7]", "friction.table.inwards.speed[7]"],
+                ["friction.table.outwards.speed[8]", "friction.table.inwards.speed[8]"],
+                ["friction.table.outwards.speed[9]", "friction.table.inwards.speed[9]"],
+                ["friction.table.outwards.speed[10]", "friction.table.inwards.speed[10]"],
+                ["friction.table.outwards.speed[11]", "friction.table.inwards.speed[11]"],
+            ];
+            let spread = SPEEDS.into_iter().enumerate();
+            let spread: Changes =
+                spread.flat_map(|(k, sides)| sides.map(|it| (it, 0.015 * (k as f64 + 1.0)))).collect();
+            let last = [("friction.table.outwards.force[11]", 9.0), ("friction.table.inwards.force[11]", 9.0)];
+            let at =
+                |velocity| [&spread[..], &last, &[("bench.drive", PRESCRIBED), ("driveVelocity", velocity)]].concat();
+            [0.0, 0.08, -0.08, 0.13, -0.13].map(at).to_vec()
         }
         "dnlrx" => {
             // Springs and their coefficients need each other.

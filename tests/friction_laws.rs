@@ -15,6 +15,13 @@ fn laws() -> impl Iterator<Item = &'static str> {
     LAWS.items.iter().map(|(_, name, _)| *name)
 }
 
+/// The default table of friction over speed, as `scipy.interpolate.PchipInterpolator` of SciPy 1.17 has it between the points.
+fn table(v: f64) -> f64 {
+    let known =
+        [(5e-4, 10.988_977_149_906_015), (2e-3, 10.894), (5e-3, 10.404_159_250_887_307), (0.02, 8.349), (0.3, 8.3)];
+    known.into_iter().find(|(speed, _)| *speed == v).expect("a speed at which it was computed").1
+}
+
 /// The law's steady curve for `v > 0` with its default parameters, as the catalogue of laws defines it.
 fn steady_curve(law: &str, v: f64) -> Result<f64, &'static str> {
     let bell = |w: f64| (-(v / w).powi(2)).exp();
@@ -40,6 +47,7 @@ fn steady_curve(law: &str, v: f64) -> Result<f64, &'static str> {
         "Stribeck" | "Karnopp" | "LuGre" | "Leuven" | "GMS" | "ElastoPlastic" => stribeck + viscous,
         "Polito" => 7.8 + 3.0 * bell(0.01) + 33.0 * v,
         "Dahl" => 10.6,
+        "Table" => table(v) + viscous,
         "Bristle" => return Err("bonds break and form at random: only the mean force is steady"),
         "Armstrong" => 8.3 + 2.7 / (1.0 + (v / 0.01).powi(2)) + viscous,
         "StepRegularised" => stepped(cubic) + viscous,
@@ -162,7 +170,7 @@ fn law_group(law: &str) -> String {
 }
 
 /// Laws that are non-stiff with their defaults, by `docs/solver.md`: away from the stops the steps of the cylinder are explicit.
-const GENTLE: [&str; 16] = [
+const GENTLE: [&str; 17] = [
     "None",
     "Coulomb",
     "CoulombStiction",
@@ -179,6 +187,7 @@ const GENTLE: [&str; 16] = [
     "Dahl",
     "ResetIntegrator",
     "StickSlipCreep",
+    "Table",
 ];
 
 /// The implicit method takes over where an explicit one would have to take short steps: seldom, after events.

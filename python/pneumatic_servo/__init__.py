@@ -21,6 +21,7 @@ from pneumatic_servo.bundled import fmus, parameter_sets
 from pneumatic_servo.comparison import Comparison
 from pneumatic_servo.data_sheet import DataSheet
 from pneumatic_servo.errors import MissingPackage, NoDerivative, NotConverged, PlantWarning, Refused
+from pneumatic_servo.friction_tables import friction_table
 from pneumatic_servo.linear import Linearisation
 from pneumatic_servo.model import Model, models
 from pneumatic_servo.playground import play
@@ -83,6 +84,7 @@ __all__ = [
     "fit",
     "fit_series",
     "fmus",
+    "friction_table",
     "linearise",
     "models",
     "parameter_sets",

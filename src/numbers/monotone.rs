@@ -1,17 +1,17 @@
-//! A smooth curve through points, as monotone as they are.
+//! A smooth curve through points, as monotone as they are between any two of them.
 
 use super::{Number, Scalar, Tangent};
 
-/// A piecewise cubic through points, with a continuous slope, that rises where the points rise and is flat where two of
-/// them are equal; constant beyond the first and the last.
+/// A piecewise cubic through points, with a continuous slope, that rises where the points rise, falls where they fall, turns at
+/// points alone and is flat where two of them are equal; constant beyond the first and the last.
 ///
 /// ```text
 /// f(x) = f_k + d_k*t + (3*D - 2*d_k - d_k+1)/h*t^2 + (d_k + d_k+1 - 2*D)/h^2*t^3     t = x - x_k, h = x_k+1 - x_k
 /// d_k  = (w1 + w2)/(w1/D_k-1 + w2/D_k),  w1 = 2*h_k + h_k-1,  w2 = h_k + 2*h_k-1     D = (f_k+1 - f_k)/h
 /// ```
 ///
-/// `d_k` is 0 where one of the slopes `D` beside it is; at both ends it is that of the parabola through three points, as
-/// far as it keeps the curve monotone.
+/// `d_k` is 0 where one of the slopes `D` beside it is, or where they differ in sign; at both ends it is that of the parabola
+/// through three points, as far as it keeps the curve monotone.
 ///
 /// # Source
 /// Fritsch, Butland (1984), SIAM J. Scientific and Statistical Computing 5(2):300-304.
@@ -30,7 +30,7 @@ struct Segment {
 }
 
 impl MonotoneCurve {
-    /// The curve through at least two points `(x, f)` with rising `x` and with `f` that never fall.
+    /// The curve through at least two points `(x, f)` with rising `x`.
     pub fn through(points: &[(Tangent, Tangent)]) -> Self {
         let widths: Vec<Tangent> = points.windows(2).map(|pair| pair[1].0 - pair[0].0).collect();
         let slopes: Vec<Tangent> =
@@ -60,6 +60,13 @@ impl MonotoneCurve {
         ((t * cube + square) * t + slope) * t + value
     }
 
+    /// Slope just before the last point.
+    pub fn end_slope(&self) -> Tangent {
+        let Segment { from, coefficients: [_, slope, square, cube] } = self.segments[self.segments.len() - 1];
+        let width = self.last[0] - from;
+        (3.0 * cube * width + 2.0 * square) * width + slope
+    }
+
     /// The number of the piece with a continuous slope in which a place lies: before, along or beyond the curve.
     pub fn piece(&self, x: f64) -> u32 {
         u32::from(self.segments.first().is_some_and(|first| x > first.from.value)) + u32::from(x >= self.last[0].value)
@@ -70,20 +77,23 @@ impl MonotoneCurve {
 fn slopes_at_points(widths: &[Tangent], chords: &[Tangent]) -> Vec<Tangent> {
     let inner = |k: usize| {
         let (before, after) = (chords[k - 1], chords[k]);
-        if before == 0.0 || after == 0.0 {
+        if before.value * after.value <= 0.0 {
             return Tangent::zero();
         }
         let (w1, w2) = (2.0 * widths[k] + widths[k - 1], widths[k] + 2.0 * widths[k - 1]);
         (w1 + w2) / (w1 / before + w2 / after)
     };
-    // Of a curve that rises: between 0 and three times the slope of the chord.
+    // Between 0 and three times the slope of the chord.
     let outer = |near: usize, next: usize| {
         let parabola = ((2.0 * widths[near] + widths[next]) * chords[near] - widths[near] * chords[next])
             / (widths[near] + widths[next]);
-        if chords[next] == 0.0 {
-            parabola.clamp(Tangent::zero(), 3.0 * chords[near])
+        let [way, beside] = [parabola, chords[next]].map(|slope| slope.value * chords[near].value);
+        if way <= 0.0 {
+            Tangent::zero()
+        } else if beside <= 0.0 && parabola.value.abs() > 3.0 * chords[near].value.abs() {
+            3.0 * chords[near]
         } else {
-            parabola.max(Tangent::zero())
+            parabola
         }
     };
     let count = chords.len();
@@ -129,6 +139,25 @@ mod tests {
         (0.55, 0.331_512_047_706_379_76),
         (0.8, 0.680_712_876_866_723_2),
         (0.99, 0.983_141_689_560_439_6),
+    ];
+
+    /// Points of a friction force over the speed: it falls, then rises. Values of the same SciPy.
+    #[test]
+    fn curve_that_turns_is_that_of_another_implementation() {
+        let curve = through(&[(0.0, 11.0), (0.01, 9.0), (0.03, 8.5), (0.1, 9.5), (0.3, 14.0), (0.5, 21.0)]);
+        for (x, expected) in SCIPY_TURNING {
+            assert!((at(&curve, x) / expected - 1.0).abs() < 1e-14, "{} at {x}, not {expected}", at(&curve, x));
+        }
+        assert!((curve.end_slope().value - 41.25).abs() < 1e-12);
+    }
+
+    const SCIPY_TURNING: [(f64, f64); 6] = [
+        (0.005, 9.737_894_144_144_146),
+        (0.02, 8.628_378_378_378_379),
+        (0.03, 8.5),
+        (0.05, 8.629_389_118_030_257),
+        (0.2, 11.486_994_757_654_73),
+        (0.45, 19.002_887_228_260_87),
     ];
 
     #[test]

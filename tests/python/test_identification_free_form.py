@@ -31,6 +31,24 @@ def test_wrong_law_has_what_the_right_one_gains(tmp_path: Path) -> None:
     assert "What any law could still gain" in (tmp_path / "a.html").read_text(encoding="utf-8")
 
 
+def test_curve_of_a_fit_is_handed_over_as_a_table() -> None:
+    """The table of the fit with the wrong law has the steady friction of the right one, which made the data."""
+    right, wrong = (fit(bench(), law, validation=0.0) for law in ("Stribeck", "Coulomb"))
+    assert wrong.free_form is not None
+    table = wrong.free_form.table()
+    speeds = np.abs(wrong.free_form.velocity)
+    for speed in np.quantile(speeds, [0.2, 0.5, 0.8]):
+        drive = {"bench.drive": "PrescribedMotion", "driveVelocity": float(speed)}
+        own = {name: value for name, value in right.settings.items() if name in ps.Model("FrictionBench").parameters}
+        found, expected = (
+            ps.Model("FrictionBench").simulate({**given, **drive}, stop=0.1, outputs=["frictionForce"])[
+                "frictionForce"
+            ][-1]
+            for given in (table, own)
+        )
+        assert found == pytest.approx(expected, abs=0.15), speed
+
+
 def test_load_and_place_are_told_apart() -> None:
     """Friction that grows less than the load does is a matter of load, one that grows along the stroke is none."""
     data = bench()

@@ -16,6 +16,9 @@ export function usual(of: Model, law: number, known: ReadonlyMap<string, number>
       if (!name.startsWith(group) || kind !== "Real" || (role !== "fixed" && role !== "tunable")) return false;
       const hasNoUnit = name.startsWith(`${group}alpha[`) || name === `${group}n`;
       if ((!units.includes(unit ?? "") && !hasNoUnit) || name.endsWith("stribeck.FsInf")) return false;
+      // Of a table the forces at its speeds; viscous friction is part of these.
+      const table = /^(.*\.)force\[(\d+)\]$/.exec(name);
+      if (group === "friction.table.") return table !== null && Number(table[2]) <= (known.get(`${table[1]}points`) ?? 11);
       const element = /\[(\d+)\]/.exec(name);
       if (element && Number(element[1]) > number) return false;
       return !(start === 0 && (element || unit === "N"));

@@ -8,12 +8,14 @@ to zero is chosen by that, too. A law with memory may do better yet at reversals
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import BSpline
 
+from pneumatic_servo.friction_tables import friction_table
 from pneumatic_servo.identification.fitted import Fitted
 from pneumatic_servo.identification.kinds import REST
 from pneumatic_servo.identification.residuals import Residuals
@@ -47,11 +49,19 @@ class FreeForm:
         time that the curve was not fitted to.
     unit : str
         Unit of friction.
+    velocity, friction : ndarray of shape (samples,)
+        The samples in motion: velocity, and friction divided by the load level.
     """
 
     law: float
     curves: dict[str, float]
     unit: str = "N"
+    velocity: Array = field(default_factory=lambda: np.empty(0), repr=False, compare=False)
+    friction: Array = field(default_factory=lambda: np.empty(0), repr=False, compare=False)
+
+    def table(self) -> dict[str, Any]:
+        """Return the curve over velocity as settings of the law ``Table``, by `friction_table`."""
+        return friction_table(self.velocity, self.friction)
 
     @property
     def family(self) -> str:
@@ -75,9 +85,9 @@ def free_form(fit: Fitted, residuals: Residuals) -> FreeForm | None:
     samples = _samples(fit, residuals)
     if samples is None:
         return None
-    speed, place, level, rest = samples
+    speed, place, level, friction, rest = samples
     moving = (np.abs(speed) > REST * fastest(speed)) & (level > 1e-3)
-    speed, place, level, rest = (values[moving] for values in (speed, place, level, rest))
+    speed, place, level, friction, rest = (values[moving] for values in (speed, place, level, friction, rest))
     if len(rest) < FEWEST:
         return None
     over_speed = _of_speed(speed)
@@ -94,11 +104,13 @@ def free_form(fit: Fitted, residuals: Residuals) -> FreeForm | None:
         float(np.sqrt(np.mean(rest**2))),
         {name: _predicted(table, rest) for name, table in columns.items()},
         fit.units.of("N"),
+        speed,
+        friction / level,
     )
 
 
-def _samples(fit: Fitted, residuals: Residuals) -> tuple[Array, Array, Array, Array] | None:
-    """Return velocity, position, load level, and what the law leaves of friction, of the samples that are fitted."""
+def _samples(fit: Fitted, residuals: Residuals) -> tuple[Array, Array, Array, Array, Array] | None:
+    """Return velocity, position, load level, friction and its residual under the law, of the fitted samples."""
     experiment, problem, values = fit.problem.experiment, fit.problem, fit.values
     is_motion = experiment.name == "motion"
     differences = residuals.differences if is_motion else [{}] * len(problem.windows)
@@ -114,15 +126,16 @@ def _samples(fit: Fitted, residuals: Residuals) -> tuple[Array, Array, Array, Ar
         if is_motion:
             inside = window.used & ~window.held
             place = np.interp(record.time[inside], record.grid, window.driven["position"])
-            friction = difference[experiment.compared[0]][inside]
+            rest = difference[experiment.compared[0]][inside]
         else:
             place = record.on_grid("position") if "position" in record.signals else np.zeros(len(record.grid))
-        parts.append((speed, place, level, friction))
-    speed, place, level, friction = (np.concatenate(columns) for columns in zip(*parts, strict=True))
+            rest = friction
+        parts.append((speed, place, level, friction, rest))
+    speed, place, level, friction, rest = (np.concatenate(columns) for columns in zip(*parts, strict=True))
     if is_motion:
-        return speed, place, level, friction
+        return speed, place, level, friction, rest
     curve = steady(fit, float(np.max(np.abs(speed), initial=1e-6)))
-    return None if curve is None else (speed, place, level, friction - level * np.interp(speed, *curve))
+    return None if curve is None else (speed, place, level, friction, friction - level * np.interp(speed, *curve))
 
 
 def _of_speed(speed: Array) -> Array:

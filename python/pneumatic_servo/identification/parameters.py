@@ -229,11 +229,15 @@ def viscous_of(law: str, model: Model) -> list[str]:
 def usual(law: str, model: Model, settings: Mapping[str, Value]) -> list[str]:
     """Return the parameters of a law that a fit usually frees: forces, stiffnesses, dampings, velocities and lengths.
 
-    Of the elements those that there are; of GMS their shares too, which make its levels; of Dahl and Leuven the
-    exponent that says how sharply presliding ends. The rate of GMS, and forces and coefficients that are 0 by default,
-    without effect, stay as they are.
+    Of the elements those that there are; of Table the forces; of GMS their shares too, which make its levels; of Dahl
+    and Leuven the exponent that says how sharply presliding ends. The rate of GMS, and forces and coefficients that are
+    0 by default, without effect, stay as they are.
     """
     group = group_of(law, model) + "."
+    if law == "Table":
+        # The speeds are where the forces are asked for, and viscous friction is part of these.
+        sides = {side: int(settings.get(f"{group}{side}.points", 11)) for side in ("outwards", "inwards")}
+        return [f"{group}{side}.force[{place}]" for side, points in sides.items() for place in range(1, points + 1)]
     elements = model.parameters.get(f"{group}N")
     number = 0 if elements is None else int(settings.get(f"{group}N", elements.default or 0))
     units = ("N", "N/m", "N.s/m", "m/s", "1/m", "m")

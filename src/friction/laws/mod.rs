@@ -23,4 +23,5 @@ pub mod stick_slip_creep;
 pub mod stick_slip_spring;
 pub mod stribeck_law;
 pub mod stribeck_regularised;
+pub mod table;
 pub mod velocity_based;
