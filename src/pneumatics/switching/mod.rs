@@ -21,6 +21,14 @@ enumeration! {
     }
 }
 
+enumeration! {
+    /// What commands the coils; ids are never reused.
+    SwitchingCommand "SwitchingCommand": "What commands the coils of switching valves" {
+        1 OneVoltage: "valveVoltage: above 5 V it drives the valve that feeds chamber A, below 5 V the other one";
+        2 EachValve: "valveVoltageA and valveVoltageB, each from 0 V, off, to 10 V, on, or a duty cycle between";
+    }
+}
+
 parameters! {
     /// The parameters of [`SwitchingValves`].
     Parameters {
@@ -38,6 +46,8 @@ parameters! {
             .text("Time from the end of a pulse until a valve begins to close; a pause that is not longer does nothing");
         travel_time: Fixed = Variable::parameter(1256, "switching.travelTime", units::SECOND, 5e-4).range(0.0, 1.0).shown_in("ms")
             .text("Time in which a valve opens or closes, at a constant rate");
+        command: SwitchingCommand = Variable::choice(1257, "switching.command", SwitchingCommand::OneVoltage)
+            .text("What commands the coils");
     }
 }
 
@@ -52,7 +62,7 @@ outputs! {
         rate_a = rate(0, "switching.openingA");
         rate_b = rate(1, "switching.openingB");
         duty = Variable::output(234, "switching.duty", units::ONE).local().nominal(1.0)
-            .depends_on(&[]).text("Duty cycle of the present pulse, positive if it feeds chamber A; 0 on another rig");
+            .depends_on(&[]).text("Duty cycle of the present pulse of the valve that feeds chamber A, less that of the other; 0 on another rig");
     }
 }
 
@@ -80,7 +90,8 @@ fn rate(valve: usize, name: &str) -> Variable {
 /// C_B = C*y_B from the supply,     C*(1 - y_B) to the exhaust if vented,  C*y_A if closed
 /// ```
 ///
-/// `u > 0` drives the valve A with the opening `y_A`, `u < 0` the valve B. Each beginning and end of a pulse, of a motion
+/// `u > 0` drives the valve A with the opening `y_A`, `u < 0` the valve B; with a command for each `V_A/10` drives the one, `V_B/10` the
+/// other. Each beginning and end of a pulse, of a motion
 /// and of a period is a point in time that the solver meets exactly.
 ///
 /// # Validity
@@ -91,6 +102,7 @@ fn rate(valve: usize, name: &str) -> Variable {
 pub struct SwitchingValves {
     driver: Driver,
     centre: SwitchingCentre,
+    command: SwitchingCommand,
     edges: Edges,
 }
 
@@ -105,7 +117,7 @@ impl Actuating for SwitchingValves {
         let armature = Armature { opening_delay, closing_delay, travel };
         let port = Port { conductance: p.conductance, critical_ratio: p.critical_ratio };
         let driver = Driver { frequency: p.frequency, armature };
-        Ok(Self { driver, centre: p.centre, edges: Edges::new([port; 2], Tunable::still(0.0)) })
+        Ok(Self { driver, centre: p.centre, command: p.command, edges: Edges::new([port; 2], Tunable::still(0.0)) })
     }
 
     fn computed() -> Vec<Variable> {
@@ -123,6 +135,10 @@ impl Actuating for SwitchingValves {
     #[inline(always)]
     fn is_sampled(&self) -> bool {
         true
+    }
+
+    fn takes_commands_of_chambers(&self) -> bool {
+        self.command == SwitchingCommand::EachValve
     }
 
     fn has_closed_form(&self) -> bool {
@@ -172,8 +188,15 @@ impl Actuating for SwitchingValves {
     }
 
     fn sample<S: Varying>(&self, openings: &mut [S; STATES], commands: Commands<S>, memory: &mut Memory<S>) {
-        let duty = ((commands.voltage - 5.0) / 5.0).clamp(S::of(-1.0), S::of(1.0));
-        self.driver.happen(openings, duty, memory);
+        let [none, all] = [S::zero(), S::of(1.0)];
+        let duties = match self.command {
+            SwitchingCommand::OneVoltage => {
+                let duty = (commands.voltage - 5.0) / 5.0;
+                [duty, -duty].map(|duty| duty.clamp(none, all))
+            }
+            SwitchingCommand::EachValve => commands.of_chambers().map(|voltage| (voltage / 10.0).clamp(none, all)),
+        };
+        self.driver.happen(openings, duties, memory);
     }
 
     #[inline(never)]
@@ -201,7 +224,8 @@ impl Actuating for SwitchingValves {
         slots: &mut [S],
     ) {
         let ([opening_a, opening_b], [rate_a, rate_b]) = (openings, self.rates(openings, commands, memory));
-        Outputs { opening_a, opening_b, rate_a, rate_b, duty: S::held(memory.duty()) }.write(slots);
+        let [duty_a, duty_b] = memory.duties().map(S::held);
+        Outputs { opening_a, opening_b, rate_a, rate_b, duty: duty_a - duty_b }.write(slots);
     }
 
     fn fits<S: Varying>(&self, memory: &Memory<S>) -> bool {

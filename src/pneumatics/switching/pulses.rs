@@ -5,11 +5,11 @@ use serde::{Deserialize, Serialize};
 use crate::numbers::{Scalar, Tangent, Varying};
 use crate::system::Sample;
 
-/// A driver that turns a duty cycle into pulses of a fixed frequency, for two coils of which one is driven at a time.
+/// A driver that turns the duty cycles of two coils into pulses of a fixed frequency.
 ///
 /// ```text
-/// period k:  from k/f on;  the duty cycle u that holds for it is taken at its beginning
-/// coil on:   from k/f to k/f + |u|/f, that of the first valve for u > 0, of the second for u < 0
+/// period k:  from k/f on;  the duty cycles u that hold for it are taken at its beginning
+/// coil on:   from k/f to k/f + u/f
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Driver {
@@ -42,10 +42,10 @@ pub struct Armature {
 pub struct Memory<S> {
     /// Number of the period that begins next.
     next: u64,
-    /// Duty cycle of the present period.
-    duty: S,
-    /// When the pulse of the present period ends, unless it lasts on.
-    fall: Option<Moment<S>>,
+    /// Duty cycles of the present period.
+    duties: [S; 2],
+    /// When the pulses of the present period end, unless they last on.
+    falls: [Option<Moment<S>>; 2],
     motions: [Motion<S>; 2],
 }
 
@@ -82,7 +82,7 @@ impl<S: Scalar> Default for Memory<S> {
     /// Both valves closed, before the first period.
     fn default() -> Self {
         let still = Motion { opens: false, turns: None, arrives: None };
-        Self { next: 0, duty: S::zero(), fall: None, motions: [still; 2] }
+        Self { next: 0, duties: [S::zero(); 2], falls: [None; 2], motions: [still; 2] }
     }
 }
 
@@ -99,9 +99,9 @@ impl<S: Scalar> Moment<S> {
 }
 
 impl<S: Scalar> Memory<S> {
-    /// Duty cycle of the present period.
-    pub fn duty(&self) -> S {
-        self.duty
+    /// Duty cycles of the present period.
+    pub fn duties(&self) -> [S; 2] {
+        self.duties
     }
 
     /// Whether an armature is on its way.
@@ -111,9 +111,9 @@ impl<S: Scalar> Memory<S> {
 
     /// Whether a driver can have left it.
     pub fn is_sound(&self) -> bool {
-        let moments = self.motions.iter().flat_map(|motion| [motion.turns, motion.arrives]).chain([self.fall]);
+        let moments = self.motions.iter().flat_map(|motion| [motion.turns, motion.arrives]).chain(self.falls);
         let is_later = |moment: Moment<S>| moment.after.value() >= 0.0 && moment.after.value().is_finite();
-        self.duty.value().abs() <= 1.0 && moments.flatten().all(is_later)
+        self.duties.iter().all(|duty| (0.0..=1.0).contains(&duty.value())) && moments.flatten().all(is_later)
     }
 }
 
@@ -157,14 +157,14 @@ impl Driver {
         first
     }
 
-    /// Lets the next thing happen: moves openings to their ends, and takes the duty cycle where a period begins.
-    pub fn happen<S: Varying>(&self, openings: &mut [S; 2], duty: S, memory: &mut Memory<S>) {
+    /// Lets the next thing happen: moves openings to their ends, and takes the duty cycles where a period begins.
+    pub fn happen<S: Varying>(&self, openings: &mut [S; 2], duties: [S; 2], memory: &mut Memory<S>) {
         match self.next_happening(memory).1 {
-            Happening::Period => self.begin(duty, memory),
+            Happening::Period => self.begin(duties, memory),
             Happening::Turn(valve) => {
                 let (motion, opening) = (&mut memory.motions[valve], &mut openings[valve]);
                 motion.opens = !motion.opens;
-                let closes = memory.fall.map(|fall| fall.later(S::along(self.armature.closing_delay)));
+                let closes = memory.falls[valve].map(|fall| fall.later(S::along(self.armature.closing_delay)));
                 let turn = std::mem::replace(&mut motion.turns, closes.filter(|_| motion.opens));
                 let end = S::of(f64::from(motion.opens));
                 let duration = (end - *opening).abs() * self.armature.travel;
@@ -180,22 +180,23 @@ impl Driver {
         }
     }
 
-    /// Begins a period with a duty cycle.
-    fn begin<S: Varying>(&self, duty: S, memory: &mut Memory<S>) {
+    /// Begins a period with duty cycles.
+    fn begin<S: Varying>(&self, duties: [S; 2], memory: &mut Memory<S>) {
         let beginning = Moment::beginning(memory.next);
-        (memory.next, memory.duty) = (memory.next + 1, duty);
-        memory.fall = (duty.value().abs() < 1.0).then(|| beginning.later(duty.abs() / self.frequency));
+        (memory.next, memory.duties) = (memory.next + 1, duties);
+        memory.falls = duties.map(|duty| (duty.value() < 1.0).then(|| beginning.later(duty / self.frequency)));
         let Armature { opening_delay, closing_delay, .. } = self.armature;
         let [opening_delay, closing_delay] = [opening_delay, closing_delay].map(S::along);
-        for (motion, has_pulse) in memory.motions.iter_mut().zip([duty.value() > 0.0, duty.value() < 0.0]) {
+        for ((motion, duty), fall) in memory.motions.iter_mut().zip(duties).zip(memory.falls) {
+            let has_pulse = duty.value() > 0.0;
             // A coil that has been on through all of the last period has a turn pending, or none.
             let pending = motion.turns.map(|turn| if self.is_before(beginning, turn) { turn } else { beginning });
             let turn_after = |delay: S| pending.unwrap_or_else(|| beginning.later(delay));
             motion.turns = match (has_pulse, motion.opens) {
-                (true, true) => memory.fall.map(|fall| fall.later(closing_delay)),
+                (true, true) => fall.map(|fall| fall.later(closing_delay)),
                 (true, false) => {
                     let turn = turn_after(opening_delay);
-                    memory.fall.is_none_or(|fall| self.is_before(turn, fall)).then_some(turn)
+                    fall.is_none_or(|fall| self.is_before(turn, fall)).then_some(turn)
                 }
                 (false, true) => Some(turn_after(closing_delay)),
                 (false, false) => None,
@@ -241,7 +242,7 @@ mod tests {
             }
             let rates = driver.rates(&memory);
             openings.iter_mut().zip(rates).for_each(|(opening, rate)| *opening = *opening + rate * (time - last));
-            driver.happen(&mut openings, Real::of(duty(time)), &mut memory);
+            driver.happen(&mut openings, [duty(time), -duty(time)].map(|it| Real::of(it.max(0.0))), &mut memory);
             last = time;
             course.push(((time * 1e3).round(), openings.map(|opening| (opening.value * 1e9).round() / 1e9)));
         }
@@ -371,18 +372,18 @@ mod tests {
 
     #[test]
     fn memories_that_no_driver_leaves_are_not_sound() {
-        let sound = Memory { duty: Real::of(-1.0), ..Memory::default() };
-        let with = |duty: f64| Memory { duty: Real::of(duty), ..sound };
+        let with = |duty: f64| Memory { duties: [Real::of(duty), Real::of(0.0)], ..Memory::default() };
+        let sound = with(0.5);
         assert!(sound.is_sound() && with(1.0).is_sound());
         let motion = |motion: Motion<Real>| Memory { motions: [sound.motions[0], motion], ..sound };
         let still = sound.motions[1];
         let [never, early] = [f64::NAN, -1e-3].map(|after| Some(Moment { period: 1, after: Real::of(after) }));
         for memory in [
             with(1.1),
-            with(-1.1),
+            with(-0.1),
             with(f64::NAN),
-            Memory { fall: never, ..sound },
-            Memory { fall: early, ..sound },
+            Memory { falls: [None, never], ..sound },
+            Memory { falls: [early, None], ..sound },
             motion(Motion { turns: never, ..still }),
             motion(Motion { arrives: never, ..still }),
         ] {
