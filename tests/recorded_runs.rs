@@ -93,7 +93,7 @@ fn parameters(model: &'static Model) -> Vec<Changes> {
     };
     let changed = |variable: &'static Variable| {
         let law = match variable.name.split('.').collect::<Vec<_>>()[..] {
-            ["friction", group, _] => law_of(group),
+            ["friction", group, _, ..] => law_of(group),
             _ => None,
         };
         let is_stated = ["friction.law", "solver.scheme"].contains(&variable.name.as_str())
@@ -147,7 +147,7 @@ fn random_set(model: &'static Model, law: Option<i32>, name: &str, seed: u64) ->
     let of_others = |group: &str| !group.eq_ignore_ascii_case(name) && has_law(table, group);
     for variable in table.parameters().filter(|it| it.chooses.is_none() && it.name != "friction.law") {
         let is_of_another =
-            matches!(variable.name.split('.').collect::<Vec<_>>()[..], ["friction", group, _] if of_others(group));
+            matches!(variable.name.split('.').collect::<Vec<_>>()[..], ["friction", group, _, ..] if of_others(group));
         if is_of_another || variable.name.starts_with("solver.") {
             continue;
         }

@@ -297,6 +297,34 @@ fn stops_and_cushions_have_indicators_at_which_nothing_else_happens() {
     }
 }
 
+/// A solver sees a switch turn. After the update at that event it stays on within its hysteresis, where it was off before.
+#[test]
+fn switches_at_the_ends_have_indicators() {
+    let mut setup = setup(&pneumatic_servo_cylinder::MODEL, "Stribeck");
+    setup.change("sensor.end.distance[1]", 0.02).expect("a distance");
+    let mut tried = Tried::new(&setup);
+    let number = tried.number("position");
+    let switch = tried.table.computed().position(|variable| variable.name == "sensor.end[1]").expect("a switch");
+    let place = setup.model().indicators().iter().position(|it| it.name == "sensor.end1.turn").expect("an indicator");
+    let mut seen = |position: f64| {
+        tried.go(number, position);
+        let mut indicators = vec![f64::NAN; setup.model().indicators().len()];
+        tried.exchange.indicators(&mut indicators);
+        let has_turned = indicators[place] < 0.0;
+        tried.exchange.update().expect("an update");
+        (has_turned, tried.values()[switch])
+    };
+    for (position, expected) in [
+        (0.0205, (true, 0.0)),
+        (0.0199, (true, 1.0)),
+        (0.0205, (true, 1.0)),
+        (0.0211, (true, 0.0)),
+        (0.03, (false, 0.0)),
+    ] {
+        assert_eq!(seen(position), expected, "at {position} m");
+    }
+}
+
 #[test]
 fn saved_states_know_the_sides_of_kinks() {
     let setup = setup(&pneumatic_servo_cylinder::MODEL, "Stribeck");

@@ -45,8 +45,12 @@ NEEDS = [
     _need(r"thermal\.heatTransfer", _is("thermal.model", "EnergyBalance"), "thermal.model = EnergyBalance"),
     _need(r"valve\.table[AB]\..*", _is("valve.characteristic", "Table"), "valve.characteristic = Table"),
     _need(r"valve\.deadZone", _is("valve.characteristic", "Linear"), "valve.characteristic = Linear"),
-    _need(r"hoseA\.diameter", _is_not_zero("hoseA.length"), "hoseA.length above 0"),
-    _need(r"hoseB\.diameter", _is_not_zero("hoseB.length"), "hoseB.length above 0"),
+    _need(r"hoseA\.diameter", _is_not_zero("hoseA.length", "throttleA.C", "cushion.length"),
+          "hoseA.length, throttleA.C or cushion.length above 0"),
+    _need(r"hoseB\.diameter", _is_not_zero("hoseB.length", "throttleB.C", "cushion.length"),
+          "hoseB.length, throttleB.C or cushion.length above 0"),
+    _need(r"sensor\.end\.hysteresis", _is_not_zero("sensor.end.distance[1]", "sensor.end.distance[2]"),
+          "sensor.end.distance[1] or sensor.end.distance[2] above 0"),
     _need(r"throttle\.direction", _is_not_zero("throttleA.C", "throttleB.C"), "throttleA.C or throttleB.C above 0"),
     _need(r"throttle\.(free|b)", _is_not_zero("throttleA.C", "throttleB.C", "cushion.length"),
           "throttleA.C, throttleB.C or cushion.length above 0"),
@@ -245,7 +249,7 @@ def _options(variables: Variables, settings: Mapping[str, Value]) -> tuple[tuple
 SWITCHES = {
     "hoseA.length", "hoseB.length", "throttleA.C", "throttleB.C", "cushion.length", "supply.volume", "load.stiffness",
     "friction.position.amplitude", "chamberA.leakage", "chamberB.leakage",
-    "coupling.compliance",
+    "coupling.compliance", "sensor.end.distance[1]", "sensor.end.distance[2]",
 }  # fmt: skip
 """Real parameters that switch options off by being 0."""
 

@@ -37,8 +37,8 @@ mod tests {
     use crate::numbers::Real;
     use crate::system::{IndicatorSet, System};
 
-    /// Of the cylinder: both stops, both cushions.
-    const KINKS: usize = 4;
+    /// Of the cylinder: both stops, both cushions, both switches.
+    const KINKS: usize = 6;
 
     /// Number of indicators of a system.
     fn count<E: System<U>, const U: usize>() -> usize {

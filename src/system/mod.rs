@@ -54,7 +54,7 @@ use crate::variables::{Notices, ParameterError, StateSet, Values};
 pub const QUANTITIES: usize = 2;
 
 /// The largest number of [kinks](System::kinks) of a model.
-pub const MAX_KINKS: usize = 4;
+pub const MAX_KINKS: usize = 6;
 
 /// All indicators of a model for an importer's solver: of its events, then of its kinks.
 pub(crate) fn indicators<E: System<U>, const U: usize>() -> Vec<Indicator> {

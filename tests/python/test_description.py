@@ -52,7 +52,7 @@ def test_model_exchange(description: ModelDescription, fmu: Path) -> None:
     assert exchange.canGetAndSetFMUstate
     assert exchange.canSerializeFMUstate
     assert exchange.providesDirectionalDerivative
-    assert description.numberOfEventIndicators == 10
+    assert description.numberOfEventIndicators == 12
     states = {v.derivative.name for v in description.modelVariables if v.derivative}
     assert len(states) == 46
     # FMPy reads no such attribute.
@@ -103,6 +103,7 @@ def test_outputs(description: ModelDescription) -> None:
         *(f"chamber{c}.{q}" for q in ("pressure", "temperature", "massFlow") for c in "AB"),
         *("valve.spool", "sticking", "frictionForceLimit.low", "frictionForceLimit.high"),
         *("supply.massFlow", "supply.consumed", "supply.consumedVolume"),
+        *("sensor.end[1]", "sensor.end[2]"),
         *(f"sensor.{quantity}.reading" for quantity in ("position", "pressureA", "pressureB", "force")),
     ]
     assert sorted(outputs) == sorted(expected)
@@ -114,7 +115,7 @@ def test_friction_laws_keep_their_numbers(description: ModelDescription) -> None
         *("None", "Coulomb", "CoulombStiction", "SmoothCoulomb", "VelocityBased", "StribeckRegularised"),
         *("Stribeck", "Karnopp", "Polito", "Dahl", "Bristle", "ResetIntegrator", "Armstrong", "LuGre"),
         *("Leuven", "GMS", "MaxwellSlip", "DNLRX", "BlimanSorine", "ElastoPlastic", "StepRegularised"),
-        *("SineRegularised", "StickSlipSpring", "StickSlipCreep"),
+        *("SineRegularised", "StickSlipSpring", "StickSlipCreep", "Table"),
     ]
     assert items == {name: number for number, name in enumerate(expected, start=1)}
 

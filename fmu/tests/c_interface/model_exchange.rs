@@ -10,7 +10,7 @@ use crate::common::fmi3::{Instance3, Way};
 use crate::common::*;
 
 const STATES: usize = 46;
-const INDICATORS: usize = 10;
+const INDICATORS: usize = 12;
 
 /// A host that integrates by the explicit Euler method, which is enough to see what the interface does.
 trait Exchange {

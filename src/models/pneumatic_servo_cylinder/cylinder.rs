@@ -4,6 +4,7 @@ use std::f64::consts::PI;
 
 use serde::{Deserialize, Serialize};
 
+use super::ends;
 use super::leaks::Leaks;
 use super::lines;
 use super::lines::Lines;
@@ -68,6 +69,7 @@ pub struct Memory<F = friction::Memory, A = actuator::Memory, S = Real> {
     pub(super) friction: F,
     pub(super) sensors: sensors::Memory<S>,
     pub(super) motion: motion::Memory<S>,
+    pub(super) ends: ends::Memory,
 }
 
 /// The memory of a cylinder with laws and actuators of catalogues.

@@ -12,6 +12,7 @@
 //! in a chamber that is open to the surroundings is not counted; its pressure is one of the outer forces.
 
 use super::cylinder::{MemoryOf, PneumaticServoCylinder};
+use super::ends;
 use super::lines::{HOSE, LINE_STATES, Lines, METER, VESSEL, VOLUMES};
 use super::motion::{self, Guidance};
 use super::sensors;
@@ -500,6 +501,16 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
         [State::Position.get(x), x[PRESSURE_A], x[PRESSURE_B], force]
     }
 
+    /// Which switches at the ends of the stroke are on, given which were on.
+    #[inline(always)]
+    pub(super) fn switched<S: Scalar>(&self, x: &[S], before: ends::Memory) -> ends::Memory {
+        if !EXTENDED {
+            return before;
+        }
+        let Pair(lengths) = self.lengths(State::Position.get(x));
+        self.options.end_switches.after(lengths.map(S::value), before)
+    }
+
     /// Writes readings, states and their rates.
     #[inline(always)]
     pub(super) fn write_sensors<S: Scalar>(
@@ -662,6 +673,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
         let Pair([mass_flow_a, mass_flow_b]) = gas.mass_flow;
         let Pair([pressure_rate_a, pressure_rate_b]) = gas.pressure;
         let Pair([temperature_rate_a, temperature_rate_b]) = gas.temperature;
+        let [end_first, end_last] = self.switched(x, memory.ends).readings().map(S::constant);
         let outputs = Outputs {
             position,
             velocity: rate,
@@ -678,6 +690,8 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
             mass_flow_a,
             mass_flow_b,
             sticking: friction.sticking,
+            end_first,
+            end_last,
             pressure_rate_a,
             temperature_rate_a,
             pressure_rate_b,

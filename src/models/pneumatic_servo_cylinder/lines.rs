@@ -82,6 +82,9 @@ pub struct Vessel {
     pub gas: Tunable,
 }
 
+/// Length in m of the passage of a port that ends in a restriction without a hose: a fitting with its thread.
+pub const PASSAGE: f64 = 0.05;
+
 /// Share of its length on which a cushion closes.
 const CLOSING: f64 = 0.1;
 
@@ -89,10 +92,11 @@ impl Lines {
     /// The lines of a cylinder with air of a temperature in K in its hoses and another in its vessel.
     pub fn new(options: &Options, temperature: Tangent, supply_temperature: Tunable) -> Self {
         let line = |side: usize| {
-            let [length, diameter] = options.hoses()[side];
-            let hose = || Hose::new(length, diameter, temperature);
-            let is_plugged = options.opens()[side];
-            (length > 0.0 && !is_plugged).then(|| Line { hose: hose(), restriction: Restriction::new(options, side) })
+            let ([length, diameter], restriction) = (options.hoses()[side], Restriction::new(options, side));
+            let has_hose = length > 0.0;
+            let length = if has_hose { length } else { Tangent::still(PASSAGE) };
+            let is_there = (has_hose || restriction.is_some()) && !options.opens()[side];
+            is_there.then(|| Line { hose: Hose::new(length, diameter, temperature), restriction })
         };
         let vessel = (options.vessel_volume > 0.0).then(|| Vessel {
             volume: options.vessel_volume,

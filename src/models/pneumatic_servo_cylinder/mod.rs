@@ -13,6 +13,7 @@
 //! `A_r` is what the rods leave of the areas: that of the rod less that of a second one through chamber A.
 
 mod cylinder;
+mod ends;
 mod equations;
 mod jacobian;
 mod leaks;

@@ -5,6 +5,7 @@
 
 use std::f64::consts::TAU;
 
+use super::ends::EndSwitches;
 use super::motion::{Guidance, Motion};
 use crate::numbers::{Pair, STILL, Scalar, Tangent};
 use crate::pneumatics::hose::Hose;
@@ -49,7 +50,7 @@ parameters! {
         throttled_flow: ThrottledFlow = Variable::choice(1218, "throttle.direction", ThrottledFlow::MeterOut)
             .text("Flow that the one-way flow controls throttle");
         cushion_length: Fixed = Variable::parameter(1219, "cushion.length", units::METRE, 0.0).range(0.0, 1.0).nominal(0.02).shown_in("mm")
-            .text("Length of the end cushions at both ends of the stroke, at most the stroke; 0: none. They need hoses at both chambers");
+            .text("Length of the end cushions at both ends of the stroke, at most the stroke; 0: none. Without a hose a port is a passage of 50 mm with the diameter of its hose");
         cushion_conductance: Fixed = Variable::parameter(1220, "cushion.C", units::CUBIC_METRE_PER_SECOND_PASCAL, 2e-10).range(1e-14, 1e-5).shown_in("dm3/(s.bar)")
             .text("Sonic conductance by which air leaves a chamber through its cushion");
         vessel_volume: Fixed = Variable::parameter(1221, "supply.volume", units::CUBIC_METRE, 0.0).range(0.0, 100.0).nominal(1e-3).absent_at_zero().shown_in("cm3")
@@ -72,6 +73,7 @@ parameters! {
             .text("Compliance of a spring between the carriage and the imposed motion; 0: the carriage moves as imposed. It needs motion = Imposed");
         coupling_damping: Fixed = Variable::parameter(1232, "coupling.damping", units::NEWTON_SECOND_PER_METRE, 0.0).range(0.0, 1e8).nominal(100.0)
             .text("Damping beside that spring. It needs coupling.compliance");
+        end_switches: EndSwitches = EndSwitches::variables();
         counts_supply: bool = Variable::option(1224, "consumption.enabled", false)
             .text("Count the air that is drawn from the supply, for supply.massFlow, supply.consumed and supply.consumedVolume");
     }
@@ -107,16 +109,18 @@ fn throttle(reference: u32, chamber: &str) -> Variable {
         .nominal(2e-9)
         .absent_at_zero()
         .shown_in("dm3/(s.bar)")
-        .text(&format!("Sonic conductance of a one-way flow control between hose and chamber {chamber}; 0: none. It needs hose{chamber}.length"))
+        .text(&format!("Sonic conductance of a one-way flow control at chamber {chamber}; 0: none. Without a hose it is screwed into the port, behind a passage of 50 mm with hose{chamber}.diameter"))
 }
 
 impl Options {
     /// Whether any equation differs from those of a cylinder without options.
     pub fn are_used(&self) -> bool {
         let Self { counts_supply, spring_stiffness, kappa_difference, waviness, .. } = *self;
-        let lines = [self.hose_length_a, self.hose_length_b, self.vessel_volume];
+        let [restrictions_a, restrictions_b] = [self.throttle_a, self.throttle_b];
+        let hoses = [self.hose_length_a, self.hose_length_b, self.vessel_volume];
+        let lines = hoses.into_iter().chain([restrictions_a, restrictions_b, self.cushion_length]);
         let is_chosen = self.opens().contains(&true) || counts_supply || self.differs_by_direction();
-        let is_chosen = is_chosen || self.motion != Motion::Free;
+        let is_chosen = is_chosen || self.motion != Motion::Free || self.end_switches.are_used();
         is_chosen || [spring_stiffness, kappa_difference, waviness].into_iter().chain(lines).any(Tangent::is_used)
     }
 
@@ -149,8 +153,7 @@ impl Options {
         }
     }
 
-    /// Refuses a rod that fills the bore, in m, a cushion longer than the stroke, in m, restrictions without the hose that
-    /// they end, and a coupling without its parts.
+    /// Refuses a rod that fills the bore, in m, a cushion or a switch beyond the stroke, in m, and a coupling without its parts.
     pub fn check(&self, bore: f64, stroke: f64) -> Result<(), ParameterError> {
         if self.rod_a >= bore {
             let reason = format!("it must be smaller than cylinder.bore = {bore}");
@@ -170,26 +173,12 @@ impl Options {
         }
         for (side, chamber) in ["A", "B"].into_iter().enumerate() {
             let [length, _] = self.hoses()[side].map(|it| it.value);
-            if length > 0.0 {
-                if length < Hose::SHORTEST {
-                    let reason = format!("it must be 0, for no hose, or at least {}", Hose::SHORTEST);
-                    return Err(ParameterError::new(&format!("hose{chamber}.length"), length, &reason));
-                }
-                continue;
-            }
-            let reason = format!("it needs a hose: set hose{chamber}.length, too");
-            if self.throttles()[side] > 0.0 {
-                return Err(ParameterError::new(
-                    &format!("throttle{chamber}.C"),
-                    self.throttles()[side].value,
-                    &reason,
-                ));
-            }
-            if self.cushion_length > 0.0 && !self.opens()[side] {
-                return Err(ParameterError::new("cushion.length", self.cushion_length.value, &reason));
+            if length > 0.0 && length < Hose::SHORTEST {
+                let reason = format!("it must be 0, for no hose, or at least {}", Hose::SHORTEST);
+                return Err(ParameterError::new(&format!("hose{chamber}.length"), length, &reason));
             }
         }
-        Ok(())
+        self.end_switches.check(stroke)
     }
 
     /// Force of the spring on the carriage towards +x, in N: `-k*(x - rest)`.

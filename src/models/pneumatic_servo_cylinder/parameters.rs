@@ -9,7 +9,7 @@ use crate::variables::{Fixed, ParameterError, Tunable, Variable, units};
 parameters! {
     /// The parameters of the rig; those of the friction law and of the solver follow in the table.
     Parameters {
-        bore: Fixed = Variable::parameter(1001, "cylinder.bore", units::METRE, 0.016).range(1e-3, 1.0).shown_in("mm")
+        bore: Fixed = Variable::parameter(1001, "cylinder.bore", units::METRE, 0.016).range(1e-4, 1.0).shown_in("mm")
             .text("Bore diameter");
         rod: Fixed = Variable::parameter(1002, "cylinder.rod", units::METRE, 0.006).range(0.0, 1.0).shown_in("mm")
             .text("Rod diameter, smaller than the bore");
@@ -29,7 +29,7 @@ parameters! {
             .text("Initial absolute pressure in chamber B");
         tank_volume: Fixed = Variable::parameter(1010, "chamberB.tankVolume", units::CUBIC_METRE, 0.0).range(0.0, 1.0).absent_at_zero().shown_in("cm3")
             .text("Volume of a tank connected to chamber B, a cylinder twice as long as wide");
-        moving_mass: Fixed = Variable::parameter(1011, "mass.moving", units::KILOGRAM, 0.88).range(1e-3, 1e4)
+        moving_mass: Fixed = Variable::parameter(1011, "mass.moving", units::KILOGRAM, 0.88).range(1e-5, 1e4)
             .text("Moving mass: piston, rod, load cell and carriage");
         carriage_mass: Fixed = Variable::parameter(1012, "mass.carriage", units::KILOGRAM, 0.75).range(0.0, 1e4)
             .text("Part of the moving mass beyond the load cell");

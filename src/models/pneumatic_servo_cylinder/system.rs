@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use super::cylinder::{ExplicitSteps, Memory, MemoryOf, Parts, PneumaticServoCylinder};
+use super::ends;
 use super::lines::Lines;
 use super::motion::{self, Guidance};
 use super::parameters::Parameters;
@@ -90,7 +91,8 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool, const U: usize> System<
         if EXTENDED && self.sensors.states() > 0 {
             x[Self::first_of_sensors(N)..][..sensors::COUNT].copy_from_slice(&quantities);
         }
-        (x, Memory { actuator, friction, sensors: self.sensors.start(quantities), motion })
+        let ends = self.switched(&x, ends::Memory::default());
+        (x, Memory { actuator, friction, sensors: self.sensors.start(quantities), motion, ends })
     }
 
     fn states(&self) -> usize {
@@ -127,16 +129,22 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool, const U: usize> System<
             kink("cylinder.stopB", "The stop at the end of the stroke is touched or left"),
             kink("cushionA.entry", "The piston enters or leaves the cushion of chamber A"),
             kink("cushionB.entry", "The piston enters or leaves the cushion of chamber B"),
+            kink("sensor.end1.turn", "The switch near position 0 turns on or off"),
+            kink("sensor.end2.turn", "The switch near the end of the stroke turns on or off"),
         ]
     }
 
     fn kinks<const N: usize>(&self, x: &[f64; N], kinks: &mut [f64]) {
         let Pair(lengths) = self.lengths(Real::of(State::Position.get(x)));
         let lengths = lengths.map(Real::value);
-        let (stops, cushions) = kinks.split_at_mut(lengths.len());
+        let (stops, rest) = kinks.split_at_mut(lengths.len());
+        let (cushions, switches) = rest.split_at_mut(lengths.len());
         stops.copy_from_slice(&lengths);
         for (side, kink) in cushions.iter_mut().enumerate() {
             *kink = self.lines.cushion(side).map_or(UNUSED, |length| lengths[side] - length);
+        }
+        for (side, kink) in switches.iter_mut().enumerate() {
+            *kink = self.options.end_switches.kink(side, lengths[side]).unwrap_or(UNUSED);
         }
     }
 
@@ -217,6 +225,9 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool, const U: usize> System<
     ) -> bool {
         let u = &Inputs::of(u);
         self.actuator.follow(u.commands(), &mut memory.actuator);
+        if EXTENDED {
+            memory.ends = self.switched(x, memory.ends);
+        }
         // The velocity is worked out only for a law that asks for it.
         if !self.friction.follows() {
             return false;

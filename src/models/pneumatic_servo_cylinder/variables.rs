@@ -1,6 +1,7 @@
 //! The variable table of the cylinder.
 
 use super::cylinder::Listed;
+use super::ends::EndSwitches;
 use super::lines::{Lines, feeds};
 use super::sensors::Sensors;
 use super::states::{FORCE, IMPOSED_POSITION, IMPOSED_VELOCITY, Inputs, State};
@@ -167,6 +168,8 @@ outputs! {
         sticking = Variable::flag(114, "sticking")
             .depends_on(depends::LOAD)
             .text("True while a set-valued law, Karnopp's band or the stick mode of a stick-slip law holds the carriage");
+        end_first = EndSwitches::outputs(depends::X)[0].clone();
+        end_last = EndSwitches::outputs(depends::X)[1].clone();
         pressure_rate_a = Variable::output(207, "der(chamberA.pressure)", units::PASCAL_PER_SECOND).local().nominal(1e6).derivative_of(depends::P_A)
             .depends_on(&depends::gas(0))
             .text("Rate of the pressure in chamber A");

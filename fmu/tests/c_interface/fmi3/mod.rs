@@ -12,4 +12,4 @@ pub mod values;
 const COULOMB: i64 = 2;
 const STRIBECK: i64 = 7;
 const STATES: usize = 46;
-const INDICATORS: usize = 10;
+const INDICATORS: usize = 12;
