@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from functools import cache
 from itertools import groupby
 from pathlib import Path
+from typing import Any
 
 from pneumatic_servo.effects import LAW
 from pneumatic_servo.model_description import ModelDescription
@@ -81,6 +82,11 @@ class DataSheet:
         Force in N of a spring that retracts the piston, retracted and extended: ``(20, 60)``.
     leak : tuple of float, optional
         Leakage of each chamber in l/min (ANR) at a pressure in bar above ambient, at least 1: ``(0.2, 6)``.
+    response : float, optional
+        Time in ms in which the spool of the valve goes from 10 to 90 % of a step.
+    rotates : bool
+        Whether the numbers are those of a rotary drive, as `rotary` sets them: bore, stroke and mass then stand for
+        displacement, angle and inertia, 1 m for 1 rad.
 
     Examples
     --------
@@ -109,6 +115,47 @@ class DataSheet:
     supply: float | None = None
     spring: tuple[float, float] | None = None
     leak: tuple[float, float] | None = None
+    response: float | None = None
+    rotates: bool = False
+
+    @classmethod
+    def rotary(cls, displacement: float, angle: float, inertia: float, **others: Any) -> DataSheet:
+        """Return the sheet of a rotary drive, a vane or a rack and pinion: 1 rad takes the place of 1 m.
+
+        The equations are the same, with torques for forces: ``frictionForce``, ``rodForce`` and ``externalForce`` are
+        in N.m, ``position`` is in rad, ``mass.moving`` in kg.m2, and friction parameters are torques.
+
+        Parameters
+        ----------
+        displacement : float
+            Volume in cm3 that a chamber takes per rad.
+        angle : float
+            Angle of rotation in degrees.
+        inertia : float
+            Moment of inertia in kg.m2 of all that turns.
+        **others
+            The rest of the sheet. ``clearance`` is an angle in mrad that stands for the dead volume, by default 5 % of
+            the whole.
+
+        Examples
+        --------
+        >>> import pneumatic_servo as ps
+        >>> drive = ps.DataSheet.rotary(20, 180, 0.02, qn=200, supply=6)
+        >>> round(drive.settings["cylinder.stroke"], 4)
+        3.1416
+        """
+        given = {"displacement": displacement, "angle": angle, "inertia": inertia}
+        for name, value in given.items():
+            if not (is_number(value) and math.isfinite(value) and value > 0.0):
+                raise ValueError(f"{name} = {value!r} is refused: it must be a positive number in {ROTARY[name]}")
+        sized = {"bore", "rod", "rod_a", "stroke", "mass", "rotates"} & set(others)
+        if sized:
+            raise TypeError(
+                f"{sorted(sized)[0]} is refused: displacement, angle and inertia say what a rotary drive is"
+            )
+        bore = 2e3 * math.sqrt(displacement * 1e-6 / math.pi)
+        stroke = math.radians(angle) * 1e3
+        return cls(**{"clearance": 0.05 * stroke, **others}, bore=bore, stroke=stroke, mass=inertia, rotates=True)
 
     def __post_init__(self) -> None:
         self._check_numbers()
@@ -145,6 +192,8 @@ class DataSheet:
             raise ValueError(f"critical_ratio = {self.critical_ratio}: it must be at least 0 and below 1")
         if self.hysteresis is not None and not 0.0 <= self.hysteresis < 50.0:
             raise ValueError(f"hysteresis = {self.hysteresis} %: it must be at least 0 and below 50")
+        if self.response is not None and not 0.0342 <= self.response <= 3420.0:
+            raise ValueError(f"response = {self.response} ms: it must be from 0.0342 to 3420 ms")
         self._check_pairs()
 
     def _check_pairs(self) -> None:
@@ -186,6 +235,7 @@ class DataSheet:
         """Refuse what is in another unit than data sheets use."""
         for name, (low, high, unit, meant) in MAGNITUDES.items():
             value = getattr(self, name)
+            low = ROTARY_BORE if name == "bore" and self.rotates else low
             if value is not None and not low <= value <= high:
                 si, factor = meant
                 hint = f"; did you give it in {si}? that would be {value * factor:g} {unit}"
@@ -199,13 +249,18 @@ class DataSheet:
     def kept(self) -> dict[str, float]:
         """Parameters not in the data, which keep the values of the small rig, the defaults."""
         names = [
-            *(name for name in KEPT if self.hysteresis is None or name != "valve.hysteresis"),
+            *(name for name in KEPT if name not in self._stated()),
             *(() if self.min_pressure else (own.name for own in _of_meaning("static friction", "Coulomb friction"))),
             *(() if self.supply else ("supplyPressure",)),
             *(() if self.hose else ("hoseA.length", "hoseB.length")),
         ]
         variables = _variables()
         return {name: float(variables[name].default or 0.0) for name in names}
+
+    def _stated(self) -> set[str]:
+        """Which of what sheets seldom state this one does."""
+        stated = {"valve.hysteresis": self.hysteresis, "valve.bandwidth": self.response}
+        return {name for name, value in stated.items() if value is not None}
 
     @property
     def settings(self) -> dict[str, float]:
@@ -223,13 +278,15 @@ class DataSheet:
 
     def entries(self) -> Iterator[Entry]:
         """Yield the parameters, and the supply pressure if it is given."""
-        yield Entry("cylinder.bore", self.bore * 1e-3, "bore")
+        formula = "2*sqrt(displacement per rad/pi)" if self.rotates else "bore"
+        yield Entry("cylinder.bore", self.bore * 1e-3, formula)
         yield Entry("cylinder.rod", self.rod * 1e-3, "rod")
         if self.rod_a > 0.0:
             yield Entry("cylinder.rodA", self.rod_a * 1e-3, "second rod")
-        yield Entry("cylinder.stroke", self.stroke * 1e-3, "stroke")
+        formula = "angle in rad" if self.rotates else "stroke"
+        yield Entry("cylinder.stroke", self.stroke * 1e-3, formula)
         yield Entry("position0", self.stroke * 0.5e-3, "stroke/2", assumption="the run starts in the middle")
-        yield Entry("mass.moving", self.mass, "mass")
+        yield Entry("mass.moving", self.mass, "inertia in kg.m2" if self.rotates else "mass")
         yield Entry("mass.carriage", self.mass, "mass", assumption="the mass of piston and rod is small beside it")
         yield self._flow()
         stated = self.critical_ratio is not None or self.conductance is not None
@@ -238,6 +295,10 @@ class DataSheet:
         if self.hysteresis is not None:
             formula = "hysteresis/100: half of its width, of commands from -1 to 1"
             yield Entry("valve.hysteresis", self.hysteresis * 1e-2, formula)
+        if self.response is not None:
+            formula = "0.342/(time from 10 to 90 %)"
+            assumption = "a lag of second order with the damping ratio 0.71"
+            yield Entry("valve.bandwidth", 342.0 / self.response, formula, assumption=assumption)
         yield from self._dead_volumes()
         if self.hose is not None:
             diameter, length = _hose(self.hose)
@@ -277,13 +338,14 @@ class DataSheet:
         return NOZZLE if self.area is not None else 0.3
 
     def _dead_volumes(self) -> Iterator[Entry]:
+        of = "mrad" if self.rotates else "mm of the bore"
         for side, rod in (("A", self.rod_a), ("B", self.rod)):
             volume = math.pi / 4.0 * (self.bore**2 - rod**2) * self.clearance * 1e-9
             yield Entry(
                 f"chamber{side}.deadVolume",
                 volume,
                 "piston area times clearance",
-                assumption=f"{self.clearance:g} mm of the bore stand for cover and port",
+                assumption=f"{self.clearance:g} {of} stand for cover and port",
             )
 
     def _friction(self, pressure: float) -> Iterator[Entry]:
@@ -343,9 +405,14 @@ def _pair(name: str, given: object, what: str) -> tuple[float, float]:
 UNITS = {
     "bore": "mm", "stroke": "mm", "mass": "kg", "rod": "mm", "rod_a": "mm", "qn": "l/min", "kv": "m3/h",
     "cv": "gal/min", "conductance": "dm3/(s.bar)", "area": "mm2", "critical_ratio": "", "hysteresis": "%",
-    "clearance": "mm", "min_pressure": "bar above ambient", "supply": "bar above ambient",
+    "clearance": "mm", "min_pressure": "bar above ambient", "supply": "bar above ambient", "response": "ms",
 }  # fmt: skip
 """Units of the numbers."""
+
+ROTARY = {"displacement": "cm3 per rad", "angle": "degrees", "inertia": "kg.m2"}
+"""Units of the data of a rotary drive."""
+ROTARY_BORE = 0.1
+"""Bore in mm that the least displacement of a rotary drive stands for, 0.008 cm3 per rad."""
 
 HOSES = (0.5, 100.0), (20.0, 1e5)
 """Inner diameters and lengths of hoses in mm."""

@@ -11,7 +11,7 @@ import pneumatic_servo as ps
 import pytest
 
 PAGE = Path(__file__).parents[2] / "docs" / "machines.md"
-SETTING = re.compile(r"`([A-Za-z0-9.]+)` = ([^,|]+)")
+SETTING = re.compile(r"`([A-Za-z0-9.\[\]]+)` = ([^,|]+)")
 DEFAULT = "5/3 proportional valve (servo valve)"
 
 
@@ -53,6 +53,6 @@ def test_machine_runs_and_is_another_one(machine: str) -> None:
         warnings.simplefilter("error", ps.PlantWarning)
         run = model.simulate(settings, inputs=inputs, stop=0.5, step=1e-3)  # type: ignore[arg-type]
     default = model.simulate(inputs=inputs, stop=0.5, step=1e-3)
-    shown = ["position", "chamberA.pressure", "sensor.position.reading"]
+    shown = ["position", "chamberA.pressure", "sensor.position.reading", "sensor.end[1]"]
     differs = any(not np.array_equal(run[name], default[name]) for name in shown)
     assert differs == (machine != DEFAULT)

@@ -63,6 +63,33 @@ def test_flows_are_stated_in_different_ways() -> None:
     assert_close(flow * 1.185, (1000.0 * 6.01325e5 / (287.05 * 293.15)) ** 0.5 / 3600.0, rel=1e-14, what="Kv")
 
 
+def test_rotary_drive_turns_by_its_displacement() -> None:
+    """At 6 bar above ambient on 20 cm3 per rad a torque of 12 N.m turns 0.02 kg.m2, and the angle ends at the stop."""
+    sheet = DataSheet.rotary(20.0, 180.0, 0.02, qn=200.0, supply=6.0, response=5.0)
+    assert_close(sheet.settings["valve.bandwidth"], 68.4, rel=1e-12, what="bandwidth")
+    assert "valve.bandwidth" not in sheet.kept
+    held = {"friction.law": "CoulombStiction", "friction.coulombStiction.Fs": 1e3, "chamberB.open": True}
+    run = ps.Model().simulate({**sheet.settings, **held, "valveVoltage": 10.0}, stop=1.0)
+    assert_close(run["pressureForce"][-1], 6e5 * 20e-6, rel=1e-3, what="torque")
+    free = ps.Model().simulate({**sheet.settings, "friction.law": "None", "valveVoltage": 10.0}, stop=2.0)
+    assert_close(free["position"][-1], np.pi, rel=1e-2, what="angle at the stop")
+
+
+def test_small_rotary_drive_has_a_small_bore() -> None:
+    sheet = DataSheet.rotary(0.2, 90.0, 5e-5, conductance=0.1, supply=6.0)
+    run = ps.Model().simulate(sheet, inputs={"valveVoltage": 7.0}, stop=0.1)
+    assert np.all(np.isfinite(run["position"]))
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [((0.0, 90.0, 1.0), "displacement = 0.0 is refused"), ((20.0, float("nan"), 1.0), "angle = nan is refused")],
+)
+def test_rotary_drive_that_makes_no_sense_is_refused(given: tuple[float, ...], words: str) -> None:
+    with pytest.raises(ValueError, match=words):
+        DataSheet.rotary(*given, qn=200.0)
+
+
 @pytest.mark.parametrize(
     ("values", "words"),
     [
@@ -78,6 +105,7 @@ def test_flows_are_stated_in_different_ways() -> None:
         ({"qn": 1.0, "spring": (60.0, 20.0)}, "spring = \\(60.0, 20.0\\): its force must be at least 0 and grow"),
         ({"qn": 1.0, "spring": 20.0}, "spring = 20.0 is refused: it must be forces in N"),
         ({"qn": 1.0, "leak": (0.2, 0.5)}, "its pressure at least 1 bar above ambient"),
+        ({"qn": 1.0, "response": 0.0}, "response = 0.0 ms: it must be from"),
         ({"area": 1e-6}, "did you give it in m2\\? that would be 1 mm2$"),
         ({"qn": 1.0, "min_pressure": 0.0}, "min_pressure = 0.0: it must be positive"),
         ({"qn": 1.0, "bore": 0.032}, "from 1 to 1000 mm; did you give it in m\\? that would be 32 mm$"),
@@ -139,7 +167,7 @@ def test_friction_of_a_sheet_is_that_of_every_law_that_has_levels() -> None:
     model = ps.Model()
     levels = ("static friction", "Coulomb friction")
     without = set(laws_without_levels())
-    assert without == {"Bristle", "ResetIntegrator", "MaxwellSlip", "DNLRX", "BlimanSorine"}
+    assert without == {"Bristle", "ResetIntegrator", "MaxwellSlip", "DNLRX", "BlimanSorine", "Table"}
     with warnings.catch_warnings():
         warnings.simplefilter("error", ps.PlantWarning)
         for law in set(model.parameters["friction.law"].items) - without - {"None"}:

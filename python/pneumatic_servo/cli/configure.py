@@ -37,6 +37,7 @@ def add(parser: argparse.ArgumentParser) -> None:
         help="critical pressure ratio (default: 0.3; 0.528 with an area)",
     )
     parser.add_argument("--hysteresis", type=float, metavar="PERCENT", help="of the valve, of its whole range")
+    parser.add_argument("--response", type=float, metavar="MS", help="of the valve, from 10 to 90 %% of a step")
     parser.add_argument("--hose", metavar="DxL", help="inner diameter and length, for example 4x1500")
     parser.add_argument(
         "--clearance", type=float, default=5.0, metavar="MM", help="of bore, as dead volume (default: 5)"
