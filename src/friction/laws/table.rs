@@ -87,7 +87,7 @@ struct Side {
     steepest: f64,
 }
 
-/// Slope in N.s/m from which on a curve is no gentle one: a line through zero rather than the flank of a Stribeck curve.
+/// Slope in N.s/m from which on a curve makes the equations stiff: a line through zero rather than the flank of a Stribeck curve.
 const STEEP: f64 = 1e4;
 
 impl ParameterSet for Table {

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::variables::{Field, ParameterError, Tunable, Variable, units};
 
-/// How many there are: near position 0, and near the end of the stroke.
+/// Number of switches: one near position 0, one near the end of the stroke.
 pub const COUNT: usize = 2;
 
 /// Two switches. Each is on from a distance to its end of the stroke on, and off again beyond that distance and the hysteresis.
@@ -83,7 +83,7 @@ impl EndSwitches {
         Memory { is_on: std::array::from_fn(is_on) }
     }
 
-    /// What changes its sign where a switch turns, by the distance in m from its end: a length; nothing of one that is not there.
+    /// Length in m that changes its sign where a switch turns, at a distance in m from its end; none without the switch.
     pub fn kink(&self, switch: usize, length: f64) -> Option<f64> {
         let (on, width) = (length - self.distances[switch], self.hysteresis);
         let turns = if width > 0.0 { on * (1.0 - on / width) } else { -on };

@@ -22,7 +22,7 @@ enumeration! {
 }
 
 enumeration! {
-    /// What commands the coils; ids are never reused.
+    /// The choice of the command of the coils; ids are never reused.
     SwitchingCommand "SwitchingCommand": "What commands the coils of switching valves" {
         1 OneVoltage: "valveVoltage: above 5 V it drives the valve that feeds chamber A, below 5 V the other one";
         2 EachValve: "valveVoltageA and valveVoltageB, each from 0 V, off, to 10 V, on, or a duty cycle between";
