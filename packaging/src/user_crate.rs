@@ -1,11 +1,12 @@
 //! FMUs of any other crate, packed by a program of two lines in it.
 
 use std::ffi::OsString;
+use std::panic::{self, AssertUnwindSafe};
 use std::path::Path;
 use std::process::ExitCode;
 
-use anyhow::{Context, Result, ensure};
-use pneumatic_servo::conformance::undeclared_dependencies;
+use anyhow::{Context, Result, anyhow, ensure};
+use pneumatic_servo::conformance::{self, undeclared_dependencies};
 use pneumatic_servo::model::{Model, Setup};
 use pneumatic_servo::models;
 use pneumatic_servo::variables::{Kind, Variable};
@@ -141,9 +142,9 @@ fn run(of: &Crate, package: &Package) -> Result<()> {
     package.run(&workspace)
 }
 
-/// Refuses a model that says nothing of itself, does not start with its defaults, whose default experiment is none, or whose
-/// equations depend on more than its table says, which would be the structure in the description. The other checks of
-/// `pneumatic_servo::conformance` are for the tests of the crate.
+/// Refuses a model that says nothing of itself, does not start with its defaults, whose default experiment is none, whose
+/// equations depend on more than its table says, which would be the structure in the description, or whose runs break a promise.
+/// The checks of `pneumatic_servo::conformance` that take longer are for the tests of the crate.
 fn ensure_sound(model: &'static Model) -> Result<()> {
     let name = model.name;
     ensure!(!model.description.is_empty(), "{name} has no description");
@@ -152,11 +153,13 @@ fn ensure_sound(model: &'static Model) -> Result<()> {
     let problems = model.experiment.problems(model.table());
     ensure!(problems.is_empty(), "{name}: {}", problems.join("; "));
     ensure_structure(name, &Setup::new(model))?;
+    ensure_promises(&Setup::new(model))?;
     for (choice, item) in own_items(model) {
         let chosen = Setup::new(model).set(&choice.name, item)?;
         // An item may need other parameters than the defaults; it is refused where it is chosen.
         if chosen.start(0.0).is_ok() {
             ensure_structure(&format!("{name} with {} = {item}", choice.name), &chosen)?;
+            ensure_promises(&chosen)?;
         }
     }
     Ok(())
@@ -171,6 +174,19 @@ fn ensure_structure(name: &str, setup: &Setup) -> Result<()> {
         missing.join(", ")
     );
     Ok(())
+}
+
+/// Refuses a model whose rates are not those of its states, whose runs depend on the communication steps, or do not repeat after
+/// they have been restored, with the message of the check.
+fn ensure_promises(setup: &Setup) -> Result<()> {
+    let hook = panic::take_hook();
+    panic::set_hook(Box::new(|_| {}));
+    let outcome = panic::catch_unwind(AssertUnwindSafe(|| conformance::plain_runs(setup)));
+    panic::set_hook(hook);
+    outcome.map_err(|cause| {
+        let message = cause.downcast_ref::<String>().map_or("a check of its runs fails", String::as_str);
+        anyhow!("{message} (`pneumatic_servo::conformance::run` checks this, and more, in a test)")
+    })
 }
 
 /// The items of choices that no model of the library has, such as friction laws of one's own.
@@ -204,6 +220,7 @@ fn around(of: &Crate) -> Result<Workspace> {
 #[cfg(test)]
 mod tests {
     use std::collections::BTreeSet;
+    use std::sync::atomic::{AtomicU32, Ordering};
 
     use cargo_metadata::{DependencyKind, MetadataCommand, Target, TargetKind};
     use pneumatic_servo::model::{Experiment, Functions};
@@ -282,6 +299,42 @@ mod tests {
         let expected = "FrictionBench with friction.law = Coupled";
         let pair = "der(friction.elementForce[2]) on friction.elementForce[1]";
         assert!(problem.contains(expected) && problem.contains(pair), "{problem}");
+    }
+
+    static RUNS: AtomicU32 = AtomicU32::new(0);
+
+    parameters! {
+        /// A law that depends on what is no parameter: how many runs there were.
+        Counting {
+            damping: Tunable = Variable::parameter(0, "sigma2", units::NEWTON_SECOND_PER_METRE, 10.0).text("Viscous damping");
+        }
+    }
+
+    impl FrictionLaw for Counting {
+        type Memory<S: Varying> = ();
+
+        fn start<S: Varying>(&self, _contact: &Contact<S>) {
+            RUNS.fetch_add(1, Ordering::Relaxed);
+        }
+
+        fn force<S: Scalar>(&self, contact: &Contact<S>, _z: &[S], _memory: &(), _rates: &mut [S]) -> S {
+            contact.velocity * (self.damping * f64::from(RUNS.load(Ordering::Relaxed)))
+        }
+    }
+
+    laws! {
+        /// The laws of the library, and one that repeats nothing.
+        mod counting {
+            ..builtin;
+            1000 Counting "counting" Counting, "Counts its runs";
+        }
+    }
+
+    #[test]
+    fn laws_whose_runs_do_not_repeat_are_refused() {
+        static BENCH: Model = friction_bench::model::<counting::Friction>();
+        let problem = ensure_sound(&BENCH).map_or_else(|problem| format!("{problem:#}"), |()| String::new());
+        assert!(problem.contains("FrictionBench under Counting") && problem.contains("conformance::run"), "{problem}");
     }
 
     /// Downloaded packages of a lock file: names with versions.
