@@ -69,7 +69,7 @@ fn contexts(model: &Model, name: &str) -> Vec<Changes> {
             return [vec![]].into_iter().chain(of_laws(group)).chain(rigs(model)).map(with).collect();
         }
         ["sensor", "end", ..] => {
-            let hysteresis = [("sensor.end.distance[1]", 0.249), ("position0", 0.249), ("velocity0", 0.5)];
+            let hysteresis = [("sensor.endDistance[1]", 0.249), ("position0", 0.249), ("velocity0", 0.5)];
             vec![vec![("position0", 0.003)], vec![("position0", 0.497)], hysteresis.to_vec()]
         }
         ["sensor", ..] => {

@@ -7,8 +7,8 @@ use rig::Rig;
 /// Back and forth between the ends: each switch turns on within its distance, and off beyond it and the hysteresis.
 #[test]
 fn switches_turn_at_their_places() {
-    let rig = Rig::cylinder("Stribeck").set("sensor.end.distance[1]", 0.02).set("sensor.end.distance[2]", 0.03);
-    let mut running = rig.set("sensor.end.hysteresis", 0.004).set("position0", 0.25).start().unwrap();
+    let rig = Rig::cylinder("Stribeck").set("sensor.endDistance[1]", 0.02).set("sensor.endDistance[2]", 0.03);
+    let mut running = rig.set("sensor.endHysteresis", 0.004).set("position0", 0.25).start().unwrap();
     let (mut before, mut turns) = ([0.0; 2], Vec::new());
     for step in 1..6000 {
         running.set("valveVoltage", if (step / 1500) % 2 == 0 { 7.0 } else { 3.0 });
@@ -33,12 +33,12 @@ fn switches_turn_at_their_places() {
 #[test]
 fn switch_is_on_from_the_start() {
     let mut running =
-        Rig::cylinder("Stribeck").set("sensor.end.distance[1]", 0.02).set("position0", 0.01).start().unwrap();
+        Rig::cylinder("Stribeck").set("sensor.endDistance[1]", 0.02).set("position0", 0.01).start().unwrap();
     assert_eq!(["sensor.end[1]", "sensor.end[2]"].map(|name| running.get(name)), [1.0, 0.0]);
 }
 
 #[test]
 fn switch_beyond_the_stroke_is_refused_by_name() {
-    let error = Rig::cylinder("Stribeck").set("sensor.end.distance[2]", 0.6).start().err().unwrap();
-    assert_eq!(error.to_string(), "sensor.end.distance[2] = 0.6 is refused: it must not exceed cylinder.stroke = 0.5");
+    let error = Rig::cylinder("Stribeck").set("sensor.endDistance[2]", 0.6).start().err().unwrap();
+    assert_eq!(error.to_string(), "sensor.endDistance[2] = 0.6 is refused: it must not exceed cylinder.stroke = 0.5");
 }

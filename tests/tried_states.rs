@@ -301,7 +301,7 @@ fn stops_and_cushions_have_indicators_at_which_nothing_else_happens() {
 #[test]
 fn switches_at_the_ends_have_indicators() {
     let mut setup = setup(&pneumatic_servo_cylinder::MODEL, "Stribeck");
-    setup.change("sensor.end.distance[1]", 0.02).expect("a distance");
+    setup.change("sensor.endDistance[1]", 0.02).expect("a distance");
     let mut tried = Tried::new(&setup);
     let number = tried.number("position");
     let switch = tried.table.computed().position(|variable| variable.name == "sensor.end[1]").expect("a switch");

@@ -49,8 +49,8 @@ NEEDS = [
           "hoseA.length, throttleA.C or cushion.length above 0"),
     _need(r"hoseB\.diameter", _is_not_zero("hoseB.length", "throttleB.C", "cushion.length"),
           "hoseB.length, throttleB.C or cushion.length above 0"),
-    _need(r"sensor\.end\.hysteresis", _is_not_zero("sensor.end.distance[1]", "sensor.end.distance[2]"),
-          "sensor.end.distance[1] or sensor.end.distance[2] above 0"),
+    _need(r"sensor\.end\.hysteresis", _is_not_zero("sensor.endDistance[1]", "sensor.endDistance[2]"),
+          "sensor.endDistance[1] or sensor.endDistance[2] above 0"),
     _need(r"throttle\.direction", _is_not_zero("throttleA.C", "throttleB.C"), "throttleA.C or throttleB.C above 0"),
     _need(r"throttle\.(free|b)", _is_not_zero("throttleA.C", "throttleB.C", "cushion.length"),
           "throttleA.C, throttleB.C or cushion.length above 0"),
@@ -249,7 +249,7 @@ def _options(variables: Variables, settings: Mapping[str, Value]) -> tuple[tuple
 SWITCHES = {
     "hoseA.length", "hoseB.length", "throttleA.C", "throttleB.C", "cushion.length", "supply.volume", "load.stiffness",
     "friction.position.amplitude", "chamberA.leakage", "chamberB.leakage",
-    "coupling.compliance", "sensor.end.distance[1]", "sensor.end.distance[2]",
+    "coupling.compliance", "sensor.endDistance[1]", "sensor.endDistance[2]",
 }  # fmt: skip
 """Real parameters that switch options off by being 0."""
 

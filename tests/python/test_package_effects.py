@@ -92,7 +92,7 @@ COUNTING: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
     "supply.b": ({"supply.b": 0.5}, {"supply.volume": 1e-4, "supply.C": 1e-9}),
     "leakage.b": ({"leakage.b": 0.5}, {"chamberA.leakage": 1e-9}),
     "load.rest": ({"load.rest": 0.1}, {"load.stiffness": 100.0}),
-    "sensor.end.hysteresis": ({"sensor.end.hysteresis": 0.005}, {"sensor.end.distance[1]": 0.2505}),
+    "sensor.endHysteresis": ({"sensor.endHysteresis": 0.005}, {"sensor.endDistance[1]": 0.2505}),
     "friction.position.period": ({"friction.position.period": 0.003}, {"friction.position.amplitude": 0.5}),
     "chamberA.pressure0": ({"chamberA.pressure0": 3e5}, {"chamberA.open": False}),
     "chamberB.pressure0": ({"chamberB.pressure0": 3e5}, {"chamberB.open": False}),

@@ -83,7 +83,7 @@ fn add(
 /// The sources of a control loop alone, from the module of a crate that calls `export_loop!`.
 ///
 /// # Errors
-/// As [`of`].
+/// As [`sources`].
 pub fn loop_sources(workspace: &Workspace, model: &'static Model, module: &[u8]) -> Result<Sources> {
     let roots = [&["loop_memory"], &LOOP[..]].concat();
     // A small margin is more comparisons, and less memory.

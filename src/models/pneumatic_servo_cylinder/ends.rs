@@ -37,13 +37,13 @@ impl EndSwitches {
     /// The parameters.
     pub fn variables() -> [Variable; COUNT + 1] {
         let distance =
-            Variable::parameter(1240, "sensor.end.distance", units::METRE, 0.0).range(0.0, 10.0).nominal(5e-3);
+            Variable::parameter(1240, "sensor.endDistance", units::METRE, 0.0).range(0.0, 10.0).nominal(5e-3);
         let [first, second] = distance
             .shown_in("mm")
             .text("Distance of the carriage from an end of its stroke at which the switch there turns on: the first at position 0, the second at the stroke; 0: no switch")
             .array([0.0; COUNT]);
         let hysteresis =
-            Variable::parameter(1242, "sensor.end.hysteresis", units::METRE, 1e-3).range(0.0, 1.0).shown_in("mm");
+            Variable::parameter(1242, "sensor.endHysteresis", units::METRE, 1e-3).range(0.0, 1.0).shown_in("mm");
         [first, second, hysteresis.text("Travel beyond that distance after which a switch turns off")]
     }
 
@@ -69,7 +69,7 @@ impl EndSwitches {
         let beyond = self.distances.iter().position(|distance| *distance > stroke);
         beyond.map_or(Ok(()), |place| {
             let reason = format!("it must not exceed cylinder.stroke = {stroke}");
-            Err(ParameterError::new(&format!("sensor.end.distance[{}]", place + 1), self.distances[place], &reason))
+            Err(ParameterError::new(&format!("sensor.endDistance[{}]", place + 1), self.distances[place], &reason))
         })
     }
 
