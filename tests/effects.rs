@@ -68,7 +68,7 @@ fn contexts(model: &Model, name: &str) -> Vec<Changes> {
             let with = |rig: Changes| law.iter().copied().chain(rig).collect::<Changes>();
             return [vec![]].into_iter().chain(of_laws(group)).chain(rigs(model)).map(with).collect();
         }
-        ["sensor", "end", ..] => {
+        ["sensor", part] if part.starts_with("end") => {
             let hysteresis = [("sensor.endDistance[1]", 0.249), ("position0", 0.249), ("velocity0", 0.5)];
             vec![vec![("position0", 0.003)], vec![("position0", 0.497)], hysteresis.to_vec()]
         }

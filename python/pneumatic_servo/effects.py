@@ -49,7 +49,7 @@ NEEDS = [
           "hoseA.length, throttleA.C or cushion.length above 0"),
     _need(r"hoseB\.diameter", _is_not_zero("hoseB.length", "throttleB.C", "cushion.length"),
           "hoseB.length, throttleB.C or cushion.length above 0"),
-    _need(r"sensor\.end\.hysteresis", _is_not_zero("sensor.endDistance[1]", "sensor.endDistance[2]"),
+    _need(r"sensor\.endHysteresis", _is_not_zero("sensor.endDistance[1]", "sensor.endDistance[2]"),
           "sensor.endDistance[1] or sensor.endDistance[2] above 0"),
     _need(r"throttle\.direction", _is_not_zero("throttleA.C", "throttleB.C"), "throttleA.C or throttleB.C above 0"),
     _need(r"throttle\.(free|b)", _is_not_zero("throttleA.C", "throttleB.C", "cushion.length"),
