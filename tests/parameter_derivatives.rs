@@ -77,7 +77,14 @@ fn derivatives_by_parameters_match_differences() {
     let has_none = |name: &&str| WITHOUT_DERIVATIVES.iter().any(|prefix| name.starts_with(prefix)) || is_unused(name);
     let without: BTreeSet<_> = names.iter().copied().filter(has_none).collect();
     let effective: BTreeSet<_> = found.effective.into_iter().filter(|name| names.contains(name)).collect();
-    assert_eq!(names.difference(&effective).copied().collect::<BTreeSet<_>>(), without);
+    // A run passes the speeds of some points of a table only.
+    let is_point = |name: &&str| name.starts_with("friction.table.") && name.ends_with(']');
+    for side in ["friction.table.outwards.force[", "friction.table.inwards.force["] {
+        let passed = effective.iter().filter(|name| name.starts_with(side)).count();
+        assert!(passed > 8, "{passed} points of {side}");
+    }
+    let idle: BTreeSet<_> = names.difference(&effective).copied().filter(|name| !is_point(name)).collect();
+    assert_eq!(idle, without);
 }
 
 /// The controller holds what it has computed, but shows its voltage from the neutral one on.

@@ -10,9 +10,10 @@ use crate::variables::{ParameterError, ParameterSet, Tunable, Variable, units};
 /// Points that each direction may have.
 const POINTS: usize = 11;
 
-/// Points of the Stribeck curve with the defaults of the law [`Stribeck`](super::stribeck_law::Stribeck).
-const SPEEDS: [f64; POINTS] = [0.0, 0.002, 0.004, 0.006, 0.008, 0.01, 0.0125, 0.015, 0.02, 0.03, 0.05];
-const FORCES: [f64; POINTS] = [11.0, 10.894, 10.601, 10.184, 9.724, 9.293, 8.866, 8.585, 8.349, 8.3, 8.3];
+/// Points of the Stribeck curve with the defaults of the law [`Stribeck`](super::stribeck_law::Stribeck). No two forces beside each
+/// other are equal: a curve has no derivative by such a force, since it turns at one of the points or at the other.
+const SPEEDS: [f64; POINTS] = [0.0, 0.002, 0.004, 0.006, 0.008, 0.01, 0.0125, 0.015, 0.0175, 0.02, 0.025];
+const FORCES: [f64; POINTS] = [11.0, 10.894, 10.601, 10.184, 9.724, 9.293, 8.866, 8.585, 8.426, 8.349, 8.305];
 
 mod declared {
     use super::*;
