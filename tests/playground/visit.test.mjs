@@ -157,7 +157,7 @@ test("a bad value is refused in the words of the library, and the run goes on", 
   await field.fill("-0.016");
   await field.press("Enter");
   const problem = page.locator(`[id="${CYLINDER}.cylinder.bore-problem"]`);
-  assert.equal(await problem.textContent(), "cylinder.bore = -0.016 is refused: it must be at least 0.001");
+  assert.equal(await problem.textContent(), "cylinder.bore = -0.016 is refused: it must be at least 0.0001");
   assert.equal(await field.getAttribute("aria-invalid"), "true");
   assert.equal((await fragment(page)).has(`${CYLINDER}.cylinder.bore`), false);
   await field.fill("0.02");
