@@ -197,7 +197,7 @@ mod at_the_start {
         (|_| (), "the magnitude of position = 0 is refused: it must be a positive number"),
         (|_| (), "parameters = 1 is refused: the equations ask for so many values more than the table has"),
         (|_| (), "indicators = 0 is refused: the equations have so many, and tell of 1"),
-        (|_| (), "kinks = 5 is refused: there may be 4"),
+        (|_| (), "kinks = 7 is refused: there may be 6"),
     ];
 
     const SOUND: usize = FAULTS.len();
@@ -245,7 +245,7 @@ mod at_the_start {
         }
 
         fn kink_list() -> Vec<Indicator> {
-            told(if FAULT.get() == KINKED { 5 } else { 0 })
+            told(if FAULT.get() == KINKED { 7 } else { 0 })
         }
 
         fn start<S: Varying, const N: usize>(&self, _u: &[S; 0]) -> ([S; N], ()) {
