@@ -16,6 +16,8 @@ Array = NDArray[np.float64]
 
 WITH_UNIT = re.compile(r"(.+?)\s*(?:\[\s*([^\[\]]*?)\s*\]|\(\s*([^()]*?)\s*\)|(?:/\s*|\s+in\s+)(\S+|\([^()]*\)))")
 
+ELEMENT = re.compile(r".*\S\[\d+\]")
+
 
 @dataclass(frozen=True)
 class Table:
@@ -77,8 +79,10 @@ def names_and_units(header: Sequence[str]) -> tuple[list[str], list[str | None]]
     units: list[str | None] = []
     for text in header:
         match = WITH_UNIT.fullmatch(text)
+        # `friction.gms.alpha[1]` is an element, `reading [1]` has the unit 1.
+        if ELEMENT.fullmatch(text):
+            match = None
         unit = unit_of(next(text for text in match.groups()[1:] if text is not None)) if match else None
-        # `friction.gms.alpha[1]` has no unit, but a number.
         names.append(match[1] if match and unit is not None else text)
         units.append(unit)
     return names, units

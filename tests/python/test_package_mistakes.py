@@ -68,7 +68,7 @@ REFUSED: dict[str, tuple[Callable[[], object], str]] = {
     ),
     "bore in mm": (
         having(cylinder__bore=16),
-        "cylinder.bore = 16 m is refused: it must be 0.001 to 1 m; did you mean 16 mm, which is 0.016 m?",
+        "cylinder.bore = 16 m is refused: it must be 0.0001 to 1 m; did you mean 16 mm, which is 0.016 m?",
     ),
     "position in mm": (
         having(position0=250),

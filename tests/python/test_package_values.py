@@ -135,7 +135,7 @@ def test_inputs_may_be_columns_and_series(plant: ps.Model) -> None:
         (lambda plant: plant.start({"mass.moving": Quantity(6.0, 1e5)}), ["mass.moving", "must be in kg", "convert"]),
         (lambda plant: plant.start({"supplyPressure": -1}), ["supplyPressure = -1 Pa", "at least 0 Pa"]),
         (lambda plant: plant.start({"cylinder.bore": 32}), ["cylinder.bore = 32 m", "32 mm, which is 0.032 m"]),
-        (lambda plant: plant.start({"cylinder.bore": 3.2e-5}), ["cylinder.bore = 3.2e-05 m", "0.001 to 1 m"]),
+        (lambda plant: plant.start({"cylinder.bore": 3.2e-5}), ["cylinder.bore = 3.2e-05 m", "0.0001 to 1 m"]),
         (lambda plant: plant.start({"position0": 250.01}), ["position0 = 250.01 m", "did you mean 250.01 mm"]),
         (lambda plant: plant.start({"chamberA.pressure0": 44.8}), ["chamberA.pressure0 = 44.8 Pa", "44.8 bar"]),
         (lambda plant: plant.start({"position0": 5}), ["position0 = 5 m", "cylinder.stroke = 0.5"]),

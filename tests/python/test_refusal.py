@@ -14,7 +14,7 @@ from fmpy.fmi1 import FMICallException
         ({"cylinder.bore": -0.016}, ["cylinder.bore", "-0.016"]),
         ({"valve.b": 1.5}, ["valve.b", "1.5"]),
         ({"friction.law": 99}, ["friction.law", "99", "FrictionLaw"]),
-        ({"friction.lawNumber": 25}, ["friction.lawNumber", "25"]),
+        ({"friction.lawNumber": 99}, ["friction.lawNumber", "99"]),
         ({"friction.stribeck.Fs": 5.0, "friction.stribeck.Fc": 8.0}, ["friction.stribeck", "8"]),
         ({"cylinder.rod": 0.02}, ["cylinder.rod", "0.02", "cylinder.bore"]),
         ({"position0": 0.7}, ["position0", "0.7", "cylinder.stroke"]),
