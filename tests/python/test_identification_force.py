@@ -168,7 +168,7 @@ def test_command_line_has_it(tmp_path: Path) -> None:
     [
         (("force",), {}, ["experiment='force'", "position or velocity"]),
         (("position",), {}, ["needs columns for time, force", "force is missing"]),
-        (("position", "force"), {"fit": "friction.coulomb.Fc"}, ["mass has no default", "free, or known"]),
+        (("position", "force"), {"fit": "friction.coulomb.Fc"}, ["mass has no default", "free, or fixed by settings"]),
         (("position", "force"), {"fit": "gain.valveVoltage"}, ["valveVoltage is not compared or driving here"]),
         (("position", "force"), {"fit": "delay.velocity"}, ["velocity is not compared or driving here, only position"]),
         (("position", "force"), {"settings": {"offset.chamberA.pressure": 1.0}}, ["only sensors of position, force"]),

@@ -142,7 +142,7 @@ def test_current_of_a_motor_has_a_gain_with_its_unit(angle: str, gain: str, mass
 def test_torque_on_a_spindle_moves_a_slide() -> None:
     """A torque in N.m beside a position in m: what makes a force of it is a gain in 1/m, which has to be told."""
     columns = {**COLUMNS, "position": "position[m]"}
-    with pytest.raises(ValueError, match=r"gain\.force has no default; it must be free, or known"):
+    with pytest.raises(ValueError, match=r"gain\.force has no default; it must be free, or fixed by settings"):
         fit(turned(), columns=columns, fit=FREE)
     other = fit(turned(), columns=columns, fit=FREE, settings={"gain.force": "1 1/m"})
     assert other.parameters["mass"].unit == "kg" and not other.units.is_rotating
@@ -155,7 +155,7 @@ def test_torque_on_a_spindle_moves_a_slide() -> None:
         ({"position": "position[mm]"}, {"settings": {"mass": "2 kg.m2"}}, ["rotating", "position is in m"]),
         ({"position": "position[rad]"}, {"settings": {"mass": "20 kg"}}, ["mass", "unit kg is refused", "kg.m2"]),
         ({"position": "position[rad]"}, {"fit": ["mass=20 kg"]}, ["unit kg is refused", "kg.m2"]),
-        ({"position": "position[rad]"}, {"settings": {"incline": 0.1}}, ["incline", "rotates has none"]),
+        ({"position": "position[rad]"}, {"settings": {"incline": 0.1}}, ["incline", "rotating machine has none"]),
         ({"position": "position[V]"}, {}, ["unit V is refused", "rad", "mm"]),
         ({"position": "position[rad]"}, {"experiment": "motion"}, ["position is in rad", "only the experiment force"]),
     ],
