@@ -16,7 +16,6 @@ use crate::problem::{FAILED, Interrupted, Problem, Simulated, TOLERANCE};
 use crate::record::unit_of;
 use crate::runs::Runs;
 use crate::search::{Loss, ROUGH, Solution, Unwatched, refine};
-use crate::verdict::significant;
 
 /// Share of the squared residual of a signal that a cause has to explain.
 pub const MUCH: f64 = 0.5;
@@ -370,5 +369,13 @@ fn of_sensor(parameter: &Parameter, value: f64, [low, high]: [f64; 2]) -> String
 
 /// A number of five digits.
 fn short(value: f64) -> String {
-    significant(value, 5, 7)
+    if value == 0.0 || !value.is_finite() {
+        return format!("{value}");
+    }
+    let exponent = libm::floor(libm::log10(value.abs())) as i32;
+    if !(-4..7).contains(&exponent) {
+        return format!("{value:.4e}");
+    }
+    let text = format!("{value:.*}", (4 - exponent).max(0) as usize);
+    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
 }

@@ -131,19 +131,14 @@ fn of_prediction(answer: &Answer) -> Vec<Finding> {
 
 /// A number of three digits.
 fn short(value: f64) -> String {
-    significant(value, 3, 6)
-}
-
-/// A number with some significant digits, and a power of ten below 1e-4 and from ten to a power on.
-pub(crate) fn significant(value: f64, digits: i32, power: i32) -> String {
     if value == 0.0 || !value.is_finite() {
         return format!("{value}");
     }
     let exponent = libm::floor(libm::log10(value.abs())) as i32;
-    if !(-4..power).contains(&exponent) {
-        return format!("{value:.*e}", (digits - 1) as usize);
+    if !(-4..6).contains(&exponent) {
+        return format!("{value:.2e}");
     }
-    let text = format!("{value:.*}", (digits - 1 - exponent).max(0) as usize);
+    let text = format!("{value:.*}", (2 - exponent).max(0) as usize);
     if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
 }
 
