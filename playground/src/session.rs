@@ -145,7 +145,7 @@ mod tests {
     #[test]
     fn refusals_are_those_of_the_library() {
         let refusal = |name: &str, value: f64| with(&[place(name), value]).start(0, 0, 2).unwrap_err().to_string();
-        assert_eq!(refusal("cylinder.bore", -1.0), "cylinder.bore = -1 is refused: it must be at least 0.001");
+        assert!(refusal("cylinder.bore", -1.0).starts_with("cylinder.bore = -1 is refused: it must be at least"));
         assert!(refusal("cylinder.rod", 0.016).starts_with("cylinder.rod = 0.016 is refused"));
         assert_eq!(refusal("position", 0.1), "position cannot be set: it is computed");
         assert!(refusal("supplyPressure", f64::NAN).contains("finite number"));
