@@ -5,7 +5,8 @@ The rules are few, so that each finding is worth a look:
 - a sentence has at most 30 words, code and links counting as one each;
 - no word comes twice in a row;
 - no long word where a short one says the same (`WORDY`), no private word where the field has one (`PRIVATE`);
-- a sentence, a comment or a docstring opens with a noun or a verb, not with a pronoun (`OPENINGS`).
+- a sentence, a comment or a docstring opens with a noun or a verb, not with a pronoun (`OPENINGS`);
+- in comments, docstrings and messages no pronoun stands for the noun of a genitive (`STANDING_FOR`).
 
 Tables, code, formulas and headings are no sentences. A comment `plain: reason` in a line of code exempts it, and
 `<!-- plain: reason -->` the next paragraph of a text. Usage: python site/english.py [FILE ...]
@@ -50,7 +51,8 @@ COMMENTS = ["src/**/*.rs", "fit/**/*.rs", "fmu/**/*.rs", "packaging/**/*.rs", "x
             "python/pneumatic_servo/**/*.py", "site/*.py", "studies/*.py", "examples/*.py",
             "tests/python/*.py"]  # fmt: skip
 """Files whose comments all keep the rules, not only their first lines."""
-OPENINGS = r"(What|How|Who|Whose|Whatever|Whoever|Those|That of)\b"
+OPENINGS = r"(What|How|Who|Whose|Whatever|Whoever|Those|That of)\b"  # plain: the rule
+STANDING_FOR = re.compile(r"\b(those|that) of\b", re.IGNORECASE)
 MODULE = re.compile(r'(?://! |"""|// )(What|How|Who|Whose|Whether|Where|When|Why|Those|That|These)\b')
 COMMENT = re.compile(r'\s*(//[/!]? |/\*\* |# |""")(.*)')
 ABBREVIATIONS = re.compile(r"\b(e\.g|i\.e|etc|vs|al|Fig|Eq|No|approx|Trans|J|Proc|Soc|Math)\.")
@@ -177,6 +179,8 @@ def comments() -> Iterator[str]:
                     yield f"{name}:{number}: opens with a pronoun: {text[:70]}"
                 for problem in private(text):
                     yield f"{name}:{number}: {problem}"
+            if "plain:" not in line and (pronoun := STANDING_FOR.search(line)):
+                yield f"{name}:{number}: {pronoun[0]!r} stands for a noun: name it"
             begins = not text or text.rstrip().endswith((".", ":"))
 
 

@@ -84,7 +84,7 @@ def picture(recorded: ps.Run) -> str:
     pressures = [recorded[f"chamber{name}.pressure"][frames] for name in "AB"]
     parts = [
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {HEIGHT}" role="img" '
-        'aria-label="The carriage of the cylinder moves to and fro, and sticks at each reversal">',
+        'aria-label="The carriage of the cylinder moves back and forth, and sticks at each reversal">',
         f"<style>{STYLE}</style>",
         f'<rect width="{WIDTH}" height="{HEIGHT}" rx="12" fill="#fff"/>',
         f'<text x="{LEFT}" y="34">Law Stribeck, 5 ± 2 V at 1 Hz, {SLOWER} times slower than the plant</text>',

@@ -1,5 +1,5 @@
 //! Air consumption of a cylinder, against the consumption of textbooks: a chamber that is filled from ambient pressure
-//! at its least volume to that of the supply at its greatest.
+//! at its least volume to supply pressure at its greatest.
 
 mod bounds;
 mod rig;

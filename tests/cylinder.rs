@@ -111,10 +111,10 @@ fn polytropic_gas_starts_at_ambient_temperature_at_any_pressure() {
     assert_close(difference, rate, 1e-3);
 }
 
-/// The orifices of valve and regulator have a critical pressure ratio each; that of the other does not matter.
+/// The orifices of valve and regulator have a critical pressure ratio each, without effect on the other.
 #[test]
 fn orifices_of_valve_and_regulator_have_their_own_critical_ratio() {
-    // The flow is subsonic with the default ratio, and choked with that of a nozzle.
+    // The flow is subsonic with the default ratio, and choked with the ratio of a nozzle.
     let flow = |actuation: &str, changed: Option<&str>| {
         let rig = Rig::cylinder("CoulombStiction").set("friction.coulombStiction.Fs", 1e6);
         let rig = changed.map_or(rig.clone(), |name| rig.set(name, 0.7));

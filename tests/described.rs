@@ -1,4 +1,4 @@
-//! Files of `modelDescription`: variables and experiments are those of the models.
+//! Files of `modelDescription`: variables and experiments agree with the models.
 
 use std::collections::BTreeMap;
 

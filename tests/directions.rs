@@ -27,8 +27,8 @@ fn break_away_differs_by_direction() {
     }
 }
 
-/// Sliding, friction without its viscous part is that of the law times the factor outwards, and that of the law inwards; laws
-/// with bristles have settled, and the Stribeck effect is over.
+/// While sliding, friction without its viscous part is the law's force, outwards times the factor; bristles have settled, and the
+/// Stribeck effect is over.
 #[test]
 fn sliding_friction_differs_by_direction() {
     for law in ["Coulomb", "Stribeck", "LuGre", "ElastoPlastic", "GMS"] {

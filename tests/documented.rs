@@ -161,7 +161,7 @@ fn counts_in_the_docs_are_those_of_the_solver() {
     }
 }
 
-/// The table of the page is a part of that of all laws.
+/// The table of the page is a part of the table of all laws.
 #[test]
 fn times_of_the_page_are_those_of_the_table() {
     let (laws, page) = (read(LAWS), read(PERFORMANCE));
@@ -177,7 +177,7 @@ fn times_of_the_page_are_those_of_the_table() {
     assert_eq!(rows, 9);
 }
 
-/// The ratios of the page are those of one tolerance.
+/// The ratios of the page belong to one tolerance.
 #[test]
 fn ratios_of_the_page_are_those_of_the_table() {
     let (ratios, page) = (read(RATIOS), read(PERFORMANCE));

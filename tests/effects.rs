@@ -20,7 +20,7 @@ enum Change {
 }
 
 /// Every change of a model that must have an effect, by name. The parameters of the friction laws are the same in all models:
-/// they are those of the bench.
+/// the bench's.
 fn changes(model: &Model) -> Vec<(String, Vec<Change>)> {
     let table = model.table();
     let inputs = table.inputs().enumerate().map(|(place, input)| (input.name.clone(), vec![Change::Input(place)]));
@@ -58,7 +58,7 @@ fn changes(model: &Model) -> Vec<(String, Vec<Change>)> {
     inputs.chain(parameters).collect()
 }
 
-/// Rigs on which a change may have an effect, those of the variable itself first.
+/// Rigs on which a change may have an effect; the rigs of the variable itself come first.
 fn contexts(model: &Model, name: &str) -> Vec<Changes> {
     let table = model.table();
     let variable = name.split('=').next().expect("a name");

@@ -266,7 +266,7 @@ fn maxwell_slip_remembers_nested_loops() {
     }
 }
 
-/// With a flat Stribeck curve and fast attraction the elements of the GMS law are those of the Maxwell-slip law. They
+/// With a flat Stribeck curve and fast attraction the elements of the GMS law are Maxwell-slip elements. They
 /// approach the limit within `s/C`, so the forces agree to `k*v*s/C` of about 1e-6 N per element.
 #[test]
 fn gms_with_a_flat_curve_is_maxwell_slip() {

@@ -26,7 +26,7 @@ fn peak(run: &mut Running, velocity: f64, distance: f64, samples: u32) -> f64 {
     largest((0..samples).map(|_| go(run, velocity, distance / f64::from(samples))))
 }
 
-/// The closed form of the path equation, from rest and after a reversal; the tolerance is that of the solver.
+/// The closed form of the path equation, from rest and after a reversal; to the tolerance of the solver.
 #[test]
 fn bliman_sorine_is_a_function_of_the_path() {
     let rise = |path: f64| 24.6 * (1.0 - (-path / 5e-6).exp()) - 16.3 * (1.0 - (-path / 1e-5).exp());
@@ -177,7 +177,7 @@ fn armstrong_break_away_grows_with_the_time_at_rest() {
     }
 }
 
-/// Friction answers a change of speed after `tauL`; before, it is that of the old speed.
+/// Friction answers a change of speed after `tauL`; before, it belongs to the old speed.
 #[test]
 fn armstrong_friction_lags_behind_the_speed() {
     let mut run = moved("Armstrong", "armstrong").start().unwrap();
@@ -280,7 +280,7 @@ fn bristles_repeat_their_seed_bit_for_bit() {
     assert_ne!(force(1.0), force(2.0));
 }
 
-/// At a sample the force is that of Maxwell slip with the backward difference as velocity; half a sample time later
+/// At a sample the force follows Maxwell slip with the backward difference as velocity; half a sample time later
 /// Maxwell slip has moved on by at most the stiffness 1.5e6 N/m times the path, and by the change of the viscous force.
 #[test]
 fn dnlrx_samples_maxwell_slip() {

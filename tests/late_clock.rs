@@ -26,7 +26,7 @@ fn steps_at_a_late_clock_have_their_sizes() {
     }
 }
 
-/// The transition of a step, too, is that of its size.
+/// The transition of a step, too, depends on its size alone.
 #[test]
 fn transitions_at_a_late_clock_are_those_of_their_sizes() {
     let mut runs = [started(0.0), started(1e12)];

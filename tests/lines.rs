@@ -103,7 +103,7 @@ fn hose_has_its_volume() {
     let mass = |plant: &mut Plant| get(plant, "balance.massResidual");
     assert_eq!(mass(&mut plant), 0.0);
     plant.set("valveVoltage", 10.0).unwrap();
-    // Choked until the hose has 2.4 bar at the valve: the flow is that of the spool's opening alone.
+    // Choked until the hose has 2.4 bar at the valve: the spool's opening alone decides the flow.
     let mut received = 0.0;
     for _ in 0..400 {
         let before = get(&mut plant, "valve.spool");

@@ -163,7 +163,7 @@ fn bristle_of_another_damping_is_told_which_law_it_is() {
         setup.start(0.0).unwrap().notices().any(|notice| notice.variable == "friction.lugre.vd")
     };
     assert!(!told(&[]) && told(&[("sigma0", 1e5)]) && told(&[("sigma1", 300.0)]));
-    // Without damping both are one; with both as those of another load it is the default contact.
+    // Without damping both are one; with both of another load it is the default contact.
     assert!(!told(&[("sigma0", 1e5), ("sigma1", 0.0)]) && !told(&[("sigma0", 1e5), ("sigma1", 100.0)]));
     for stated in [0.0, 0.02] {
         assert!(!told(&[("sigma0", 1e5), ("sigma1", 300.0), ("vd", stated)]), "vd = {stated}");

@@ -271,8 +271,8 @@ fn time_events_are_no_further_apart_than_a_law_with_a_delay_can_remember() {
     assert_eq!(models, 5);
 }
 
-/// Time alone moves the tray of the driven slider, and what remembers when something was. Its slopes are those of
-/// differences with states, inputs and memory held, and have the same bits with the solver inside.
+/// Time alone moves the tray of the driven slider, and states that keep an instant. Derivatives by time agree with
+/// differences at fixed states, inputs and memory, and have the same bits in co-simulation.
 #[test]
 fn slopes_by_time_are_those_of_differences_with_the_solver_outside_and_inside() {
     const START: f64 = -3.0;

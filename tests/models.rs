@@ -433,8 +433,8 @@ fn spoilt_saved_states_are_refused() {
             assert!(run.restore(&spoilt).is_err(), "{}: {what}", model.name);
             assert_eq!(run.save(), own, "{}: {what}", model.name);
         };
-        refuse("a clock behind that of the solver", &|it| it.time -= 1e-9);
-        refuse("a clock ahead of that of the solver", &|it| it.time += 1e-9);
+        refuse("a clock behind the solver's", &|it| it.time -= 1e-9);
+        refuse("a clock ahead of the solver's", &|it| it.time += 1e-9);
         refuse("a time that is no number", &|it| it.time = f64::NAN);
         refuse("a state that is no number", &|it| it.states[0] = f64::NAN);
         refuse("a missing state", &|it| it.states.truncate(1));

@@ -21,7 +21,7 @@ fn held() -> Rig {
         .set("solver.relativeTolerance", 1e-10)
 }
 
-/// Choked flow of one edge into chamber A or out of it, as a fraction of that of `valve.C`: far from the pressure behind.
+/// Choked flow of one edge into chamber A or out of it, as a fraction of the flow through `valve.C`: far from the pressure behind.
 fn choked_flow(rig: &Rig, voltage: f64, pressure: f64) -> f64 {
     let rig = rig.clone().set("supplyPressure", 20e5).set("chamberA.pressure0", pressure);
     let mut running = rig.set("valveVoltage", voltage).start().unwrap();

@@ -87,7 +87,7 @@ fn laws_give_back_no_more_than_they_store() {
 fn sampled_law_gives_back_more_than_its_springs_hold() {
     let mut run = Rig::cylinder("DNLRX").start().unwrap();
     let (mut taken, mut most, mut given_back) = (0.0, 0.0f64, 0.0f64);
-    // The force is that of the last sample, of which there is one each millisecond: it is constant within each step.
+    // The force is held from the last sample, one each millisecond: it is constant within each step.
     for step in 0..30_000 {
         let time = f64::from(step) * 1e-4;
         if step % 10 == 0 {

@@ -195,7 +195,7 @@ fn difference_of_the_reference_is_its_slope() {
     close(controller.get("valveVoltage"), 5.6, 3.0 * 1e3 * 1e-16, "difference of the reference is its slope");
 }
 
-/// The wanted velocity is that of the reference plus what makes up for the error, and the feed-forward adds its voltage.
+/// The wanted velocity is the reference's plus a correction of the error, and the feed-forward adds its voltage.
 #[test]
 fn velocity_of_the_reference_is_fed_forward_with_its_sign() {
     for (slope, error) in [(0.2, 0.0), (-0.2, 0.0), (0.3, 0.01), (-0.1, 0.02)] {

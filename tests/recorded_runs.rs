@@ -82,8 +82,8 @@ fn settings(model: &Model) -> Vec<Changes> {
     schemes.chain(tolerances).collect()
 }
 
-/// Each parameter changed alone, if the model takes it so: halved, 0 no longer, or another item of an enumeration. Those of
-/// the friction laws, under their law, are the same in all models, so they are changed on the bench alone. A limit of the work ends runs.
+/// Each parameter changed alone, if the model takes it so: halved, 0 no longer, or another item of an enumeration. Parameters
+/// of a friction law are the same in all models, so they are changed on the bench alone. A limit of the work ends runs.
 fn parameters(model: &'static Model) -> Vec<Changes> {
     let table = model.table();
     let law_of = |group: &str| {
@@ -136,7 +136,7 @@ fn random_sets(model: &'static Model) -> Vec<(String, Changes)> {
     laws.into_iter().flat_map(sets).collect()
 }
 
-/// A set of parameters under a law, unless they do not fit together; those of the solver stay.
+/// A set of parameters under a law, unless they do not fit together; the solver's stay.
 fn random_set(model: &'static Model, law: Option<i32>, name: &str, seed: u64) -> Option<Changes> {
     let table = model.table();
     let mut random = Random(seed);

@@ -258,10 +258,10 @@ fn sensitivities_of_karnopp_are_those_of_differences() {
     agrees_with_differences("Karnopp", "friction.karnopp.Fs");
 }
 
-/// Differences of runs of 0.25 s at a tolerance of 1e-9: most laws agree to 1e-6 and better. Slopes converge with the tolerance; those of
-/// elements that slip one by one need more of it.
+/// Differences of runs of 0.25 s at a tolerance of 1e-9: most laws agree to 1e-6 and better. Slopes converge with the tolerance, more slowly
+/// where elements slip one by one.
 ///
-/// Under law Bristle the force is that of bonds that break one after the other: differences straddle some of these.
+/// Under law Bristle bonds break one after the other: differences straddle some of the breaks.
 #[test]
 fn sensitivities_under_all_laws_are_those_of_differences() {
     for (_, law, _) in LAWS.items.iter().filter(|(_, law, _)| *law != "DNLRX") {
@@ -324,7 +324,7 @@ fn sensitivities_begin_where_they_are_asked_for() {
     assert_eq!(of_start, 0.0, "the start is over");
 }
 
-/// `C` is that of the outputs at the end.
+/// `C` belongs to the outputs at the end.
 #[test]
 fn transition_is_that_of_small_differences() {
     // With a play, the set point of a voltage that rests has no derivative: see `sensitivities_begin_where_they_are_asked_for`.

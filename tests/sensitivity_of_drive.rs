@@ -104,7 +104,7 @@ fn response(changes: &[(&str, f64)]) -> Vec<f64> {
 /// The drive goes 50 mm: by its gains, its limits, the valve as it knows it, and the height of the step, the position has the
 /// slopes that the chain of transitions of both parts gives.
 ///
-/// Differences hold five digits, as those of the cylinder alone, but for the noise of runs, which counts where a position hardly changes.
+/// Differences have five digits, as for the cylinder alone, but for the noise of runs where a position hardly changes.
 #[test]
 fn step_response_has_the_slopes_of_differences() {
     // With the shares by which runs differ: more of them bends too much, less drowns in rounding.

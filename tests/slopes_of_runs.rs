@@ -1,4 +1,4 @@
-//! Runs in numbers with slopes: their values have the bits of plain runs, their slopes are those of differences of runs.
+//! Runs in numbers with slopes: values have the bits of plain runs, slopes agree with differences of runs.
 
 use pneumatic_servo::friction::{Friction, LAWS};
 use pneumatic_servo::models::pneumatic_servo_cylinder::{MODEL, PneumaticServoCylinder};

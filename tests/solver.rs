@@ -298,7 +298,7 @@ fn midpoint_rule_ends_on_kinks_itself() {
     let [x, v] = problem::states(&run);
     let rest = 15.0 * PI - 0.02 * f64::from(points);
     let [exact_x, exact_v] = [-0.5 * (2.0 * rest).sin(), (2.0 * rest).cos()];
-    // The phase of the faster half lags by `(2*h)^2/6` of its angle, 31 rad in all, that of the slower one by a quarter.
+    // The phase of the faster half lags by `(2*h)^2/6` of its angle, 31 rad in all; the slower half's lags by a quarter.
     assert!((x - exact_x).hypot(v - exact_v) < 0.012, "{x} and {v}, not {exact_x} and {exact_v}");
     let counters = run.counters();
     assert!(counters.rejected <= 20 && counters.steps <= u64::from(points) + 20, "{counters:?}");
@@ -357,7 +357,7 @@ fn inputs_with_a_slope_are_integrated_exactly() {
     close(run.inputs().0[0].value, 0.5, 1e-15, "inputs with a slope are integrated exactly");
 }
 
-/// The derivatives of `cos(t)`, towards which the solution comes at a rate of 1, are those of the time of each stage, by the
+/// The derivatives of `cos(t)`, towards which the solution comes at a rate of 1, are taken at the time of each stage, by the
 /// midpoint rule and by the classical method.
 #[test]
 fn explicit_stages_know_their_time() {

@@ -1,7 +1,7 @@
 //! The chambers against closed solutions of gas dynamics, through the complete model.
 //!
 //! A piston is held by more static friction than any pressure overcomes, or moved by a constant force with closed,
-//! tight valves. Tolerances are those of the solver, 1e-10 relative per step.
+//! tight valves. Tolerances are the solver's, 1e-10 relative per step.
 
 mod bounds;
 mod rig;

@@ -23,8 +23,8 @@ fn laws() -> impl Iterator<Item = &'static str> {
 /// is as far again beyond it where a host accepts it: nothing, where only numbers would overflow further out.
 type Edge = (&'static str, f64, bool, &'static str);
 
-/// Behind the pistons, of 2.01 and 1.73 cm2, are 5 cm3: as far as a ten thousandth of that is left the equations are those of
-/// the cylinder.
+/// Behind the pistons, of 2.01 and 1.73 cm2, are 5 cm3: down to a ten thousandth of that volume the equations of the
+/// cylinder hold.
 fn edges() -> [Edge; 8] {
     let [clearance_a, clearance_b] = [0.0, 0.006].map(|rod| 5e-6 / (PI / 4.0 * (0.016 * 0.016 - rod * rod)));
     [

@@ -409,7 +409,7 @@ fn sampled_values_do_not_depend_on_how_the_host_rounds_its_clock() {
     }
 }
 
-/// Sampled every millisecond: at a sample's own time the force is still that of the sample before.
+/// Sampled every millisecond: at a sample's own time the force still belongs to the sample before.
 #[test]
 fn communication_point_on_a_sample_shows_the_old_value() {
     let values = [("bench.drive", 2.0), ("driveVelocity", 1e-3), ("friction.dnlrx.Ts", 1e-3)];
@@ -458,7 +458,7 @@ fn missed(setup: &Setup, tolerance: f64, amplitude: f64, step: f64, end: f64) ->
     (of_position, of_pressure)
 }
 
-/// Without friction the carriage compresses a chamber beyond the supply, where the gas that flows becomes that of the chamber.
+/// Without friction the carriage compresses a chamber beyond the supply, and the upstream gas becomes the chamber's.
 #[test]
 fn flow_that_turns_is_as_accurate_as_others() {
     let (_, of_pressure) = missed(&setup("PneumaticServoCylinder", "None", &[]), 1e-10, 4.0, 1e-4, 0.2);

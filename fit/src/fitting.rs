@@ -84,9 +84,9 @@ pub struct Answer {
     pub rms: BTreeMap<&'static str, f64>,
     /// RMS residual of its validation data.
     pub validation_rms: BTreeMap<&'static str, f64>,
-    /// Noise of each compared signal as its data tell it, with that of its converter.
+    /// Noise of each compared signal, estimated from its data, with the quantisation noise of its converter.
     pub noise: BTreeMap<&'static str, f64>,
-    /// The fixed parameter or the sensor that would explain most of what is left, if that is much.
+    /// The fixed parameter or the sensor that would explain most of the residual, if it explains much.
     pub cause: Option<Cause>,
     /// Notes on the data.
     pub notes: Vec<String>,
@@ -336,7 +336,7 @@ fn begun(segments: &[MeasuredSegment], trained: &Runs<'_>, x: &[f64]) -> Vec<Mea
     segments.iter().map(each).collect()
 }
 
-/// RMS residual of each signal at the samples that are fitted, or at those of validation; not finite where a run failed.
+/// RMS residual of each signal at the fitted samples or at the validation samples; not finite where a run failed.
 fn residuals(runs: &Runs<'_>, readings: &[Option<Vec<Vec<f64>>>], is_validation: bool) -> BTreeMap<&'static str, f64> {
     let of_signal = |(place, signal): (usize, &&'static str)| {
         let mut differences = Vec::new();

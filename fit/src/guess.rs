@@ -155,7 +155,7 @@ fn elements(
     let mut found = vec![(format!("offset.{}", experiment.compared()[0]), offset)];
     let mut set = |name: String, value: f64| found.push((format!("{group}{name}"), value));
     if law == "Leuven" {
-        // A presliding nearly as straight as that of the elements, which ends about as sharply as they slip.
+        // Presliding nearly as linear as under Maxwell elements, with an end about as sharp as their slip.
         let whole: f64 = stiff.iter().sum();
         let starts = [
             ("k1", whole),

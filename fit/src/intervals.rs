@@ -109,8 +109,8 @@ fn of_covariance(
 
 /// Covariance of the inner values, and the factors from deviations to half intervals.
 ///
-/// For each parameter the widest of three: that of independent residuals; that of a jackknife over blocks of time, since
-/// autocorrelated residuals tell less; and that of one over records, which the model may not bring together.
+/// For each parameter the widest of three intervals: for independent residuals; by a jackknife over blocks of time, since
+/// autocorrelated residuals tell less; and by a jackknife over records, which one model may not fit together.
 pub fn covariance(linear: &Linear) -> (DMatrix<f64>, Vec<f64>) {
     let (number, count) = linear.derivatives.shape();
     let white = white(linear);

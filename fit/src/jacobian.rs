@@ -7,7 +7,7 @@ use crate::problem::{Interrupted, Problem};
 /// Derivatives of the differences, with a row for each sample and a column for each place of the vector, by finite differences
 /// within the bounds. `base` are the differences at the vector.
 ///
-/// The start values of one kind are moved in all segments together, since none sees that of another. Where a law refuses one
+/// The start values of one kind are moved in all segments together: no segment depends on the start of another. Where a law refuses one
 /// side, as sliding friction beyond break-away, the other side is taken.
 ///
 /// # Errors

@@ -10,7 +10,7 @@ pub fn from_rows(rows: usize, columns: usize, numbers: impl IntoIterator<Item = 
     DMatrix::from_row_iterator(rows, columns, numbers)
 }
 
-/// Triangle of a QR decomposition: the products of its columns are those of the matrix.
+/// The factor `R` of a QR decomposition: `R'R` is `A'A`.
 pub fn triangle(matrix: &DMatrix<f64>) -> DMatrix<f64> {
     let count = matrix.ncols();
     let size = ROWS.max(4 * count);

@@ -56,7 +56,7 @@ impl Parameter {
         self.bounds.map(inner)
     }
 
-    /// The same with a start from the data, within the bounds; those of a logarithm that nobody gave move along.
+    /// The same with a start from the data, within the bounds; default bounds of a logarithm move along with it.
     pub fn at(&self, start: f64) -> Self {
         let mut moved = self.clone();
         if self.is_given || !start.is_finite() || (self.is_logarithmic() && start <= 0.0) {

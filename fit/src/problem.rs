@@ -46,7 +46,7 @@ pub struct Segment {
     pub record: usize,
 }
 
-/// A problem. Its vector holds the inner values of the parameters, and after them those of the start values of all segments,
+/// A problem. Its vector holds the inner values of the parameters, then of the start values of all segments,
 /// measured in their magnitudes from their measured values: the first samples tell a start no better than all others, and its
 /// error would pass into the parameters.
 #[derive(Clone)]

@@ -157,7 +157,7 @@ impl Stop {
     }
 }
 
-/// A vector with its residuals, those of the priors behind those of the data.
+/// A vector with its residuals: of the data, then of the priors.
 struct Evaluated {
     y: Vec<f64>,
     differences: Vec<f64>,

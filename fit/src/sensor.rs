@@ -71,7 +71,7 @@ impl Sensor {
         sign(difference) * (2.0 * lack).sqrt()
     }
 
-    /// Logarithm of the density of readings, in 1/unit; of a coarse converter that of P over its step.
+    /// Logarithm of the density of readings, in 1/unit; for a coarse converter the logarithm of P over its step.
     pub fn log_density(&self, difference: f64) -> f64 {
         if self.is_coarse {
             return self.log_likelihood(difference) - libm::log(self.step);

@@ -121,7 +121,7 @@ fn of_prediction(answer: &Answer) -> Vec<Finding> {
             _ => Light::Red,
         };
         let text = format!(
-            "The residual of the validation data of {signal} is {} times that of the fitted data",
+            "The residual of the validation data of {signal} is {} times the residual of the fitted data",
             short(ratio)
         );
         Finding { light, text }

@@ -11,8 +11,8 @@ use pneumatic_servo_fit::sensor::Sensor;
 
 const NOISE: f64 = 0.01;
 
-/// A function of time and parameters against samples of it; the vector is that of the parameters, and of one start value for each
-/// segment that is added to it.
+/// A function of time and parameters against samples of it; the vector holds the parameters, and for each
+/// segment a start value that is added to the function.
 struct Curve<F> {
     of: F,
     time: Vec<f64>,

@@ -176,8 +176,8 @@ fn ensure_structure(name: &str, setup: &Setup) -> Result<()> {
     Ok(())
 }
 
-/// Refuses a model whose rates are not those of its states, whose runs depend on the communication steps, or do not repeat after
-/// they have been restored, with the message of the check.
+/// Refuses a model whose rates are not the derivatives of its states, whose runs depend on the communication steps, or do not
+/// repeat after they have been restored, with the message of the check.
 fn ensure_promises(setup: &Setup) -> Result<()> {
     let hook = panic::take_hook();
     panic::set_hook(Box::new(|_| {}));

@@ -85,7 +85,7 @@ class DataSheet:
     response : float, optional
         Time in ms in which the spool of the valve goes from 10 to 90 % of a step.
     rotates : bool
-        Whether the numbers are those of a rotary drive, as `rotary` sets them: bore, stroke and mass then stand for
+        Whether the numbers describe a rotary drive, as `rotary` sets them: bore, stroke and mass then stand for
         displacement, angle and inertia, 1 m for 1 rad.
 
     Examples
@@ -421,7 +421,7 @@ KEPT = (
     "friction.stribeck.sigma2", "friction.stribeck.vs", "valve.deadZone", "valve.leakage", "valve.bandwidth",
     "valve.hysteresis", "chamberA.pressure0", "chamberB.pressure0", "thermal.heatTransfer",
 )  # fmt: skip
-"""Quantities that data sheets seldom state; viscous friction and Stribeck velocity stand for those of all laws."""
+"""Quantities that data sheets seldom state; viscous friction and Stribeck velocity apply to all laws."""
 
 MAGNITUDES: dict[str, tuple[float, float, str, tuple[str, float]]] = {
     "bore": (1.0, 1000.0, "mm", ("m", 1e3)),

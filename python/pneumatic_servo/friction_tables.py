@@ -25,7 +25,7 @@ def friction_table(velocity: Any, force: Any = None) -> dict[str, Any]:
 
     A direction of at most eleven velocities has them as its points. More, as the samples of a recorder, are fitted by a
     line with eleven corners, which are closer where the carriage is slow. The force at the least velocity breaks away.
-    A direction without data is that of the other one.
+    A direction without data takes the points of the other direction.
 
     Parameters
     ----------
@@ -61,7 +61,7 @@ def friction_table(velocity: Any, force: Any = None) -> dict[str, Any]:
         raise ValueError(f"velocity has {len(speeds)} rows and force {len(forces)}: they must have as many")
     is_unsigned = bool(np.all(forces >= 0.0) and np.any(speeds < 0.0))
     if is_unsigned:
-        # At rest such a force is that of both directions.
+        # At rest such a force counts for both directions.
         rests = speeds == 0.0
         forces = np.concatenate([np.where(speeds < 0.0, -forces, forces), -forces[rests]])
         speeds = np.concatenate([speeds, speeds[rests]])

@@ -25,9 +25,9 @@ struct Again {
     inputs: Vec<Vec<f64>>,
 }
 
-/// How the sum of outputs times cotangents `[output, row]` changes; the arguments before are those of `simulate`.
+/// How the sum of outputs times cotangents `[output, row]` changes; the arguments before are the same as of `simulate`.
 #[pyfunction]
-#[expect(clippy::too_many_arguments, reason = "they are those of `simulate` and two more")]
+#[expect(clippy::too_many_arguments, reason = "the arguments of `simulate` and two more")]
 pub fn gradient<'py>(
     py: Python<'py>,
     model: &Model,
@@ -56,7 +56,7 @@ pub fn gradient<'py>(
 /// How outputs `[output, row]` change along a direction: of all inputs `[input, step]`, in the order of the table, and of
 /// parameters.
 #[pyfunction]
-#[expect(clippy::too_many_arguments, reason = "they are those of `simulate` and two more")]
+#[expect(clippy::too_many_arguments, reason = "the arguments of `simulate` and two more")]
 pub fn tangent<'py>(
     py: Python<'py>,
     model: &Model,

@@ -3,7 +3,7 @@
 //! It knows variable tables and runs, no physics; what users see, with units and shapes, is the Python package around
 //! it. The interpreter's lock is released while plants run.
 //!
-//! [`python_module!`] makes such a module of a crate of one's own, with its models in place of those of the library.
+//! [`python_module!`] makes such a module of a user's crate, with its models in place of the library's.
 
 mod abreast;
 mod failure;

@@ -9,7 +9,7 @@ use pyo3::prelude::*;
 
 static OWN: OnceLock<&'static [&'static Model]> = OnceLock::new();
 
-/// The models of one's own, then those of the library that have other names.
+/// The user's models, then the models of the library that have other names.
 pub fn all() -> impl Iterator<Item = &'static Model> {
     let own = OWN.get().copied().unwrap_or_default();
     let others = models::ALL.iter().filter(|model| own.iter().all(|it| it.name != model.name));
@@ -22,7 +22,7 @@ pub fn all() -> impl Iterator<Item = &'static Model> {
 /// pneumatic_servo_python::python_module!(my_laws, &[&CYLINDER, &BENCH]);
 /// ```
 ///
-/// `import my_laws` before `pneumatic_servo` then puts these models in place of those of the library with the same names: everything
+/// `import my_laws` before `pneumatic_servo` then replaces models of the library with the same names: everything
 /// in the package knows the laws of their catalogue. The crate is a `cdylib` with the name of the module.
 #[macro_export]
 macro_rules! python_module {

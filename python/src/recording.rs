@@ -18,7 +18,7 @@ pub struct Grid {
     pub step: f64,
     /// How many steps.
     pub count: usize,
-    /// A row is recorded at the start, after every so many steps, and at the end.
+    /// Steps between two recorded rows; the start and the end are always recorded.
     pub every: usize,
 }
 

@@ -63,7 +63,7 @@ impl Slopes {
         plant.carry_sensitivities(&names).map_err(refused)
     }
 
-    /// Those of a row.
+    /// Reads the derivatives of a row.
     pub fn read(&mut self, plant: &mut Plant, outputs: &[Place], row: usize) {
         for direction in 0..self.names.len() {
             if self.lost[direction].is_some() {
@@ -92,7 +92,7 @@ impl Slopes {
         self.crossings.iter_mut().for_each(|crossing| crossing.time += start);
     }
 
-    /// All of it for Python, with so many outputs.
+    /// All derivatives for Python, with a number of outputs.
     pub fn tell(self, py: Python<'_>, outputs: usize) -> Told<'_> {
         let shape = (self.names.len(), outputs, self.rows);
         let values = Array3::from_shape_vec(shape, self.values).expect("one slot per direction, output and row");

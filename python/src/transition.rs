@@ -31,7 +31,7 @@ impl Asked {
         plant.transition(size, &by, &of)
     }
 
-    /// A transition of a model with so many inputs for Python.
+    /// A transition of a model with a number of inputs, for Python.
     pub fn tell<'py>(&self, py: Python<'py>, it: Transition, inputs: usize) -> Told<'py> {
         let (outputs, parameters) = (self.outputs.len(), self.parameters.len());
         let (states, next) = (it.states.len(), it.next_states.len());

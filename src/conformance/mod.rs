@@ -2,7 +2,7 @@
 //!
 //! | check | promise |
 //! |---|---|
-//! | [`slopes`] | derivatives by states, inputs, time and parameters are those of differences, in the modes that a run passes |
+//! | [`slopes`] | derivatives by states, inputs, time and parameters agree with finite differences, in the modes that a run passes |
 //! | [`rates`] | the derivative of a state is the variable that the table says |
 //! | [`dependencies`] | values follow from what `depends_on` says, and from nothing else |
 //! | [`steps`] | two half steps are one: the end does not depend on the communication steps |
@@ -15,8 +15,8 @@
 //! | [`law::mirrored`] | mirrored motion gives mirrored friction |
 //! | [`law::passive`] | friction gives back no more energy than it can have stored |
 //!
-//! [`model`] and [`run`] make those of a model, and look whether its default experiment speaks of variables that there are.
-//! [`law()`] makes those of a law and of the friction bench under it. All of them panic, as assertions of tests do, and say what
+//! [`model`] and [`run`] do the checks of a model, and look whether the variables of its default experiment exist.
+//! [`law()`] does the checks of a law and of the friction bench under it. All of them panic, as assertions of tests do, and say what
 //! is wrong.
 //!
 //! ```

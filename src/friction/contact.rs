@@ -35,13 +35,13 @@ pub struct FrictionContact<L = Friction> {
     count: usize,
     /// Value reference that the variables of its states count from.
     references: u32,
-    /// Where its named states are among those of all laws.
+    /// The place of its named states among the named states of all laws.
     named: Named,
 }
 
 impl<L: FrictionLaw> FrictionContact<L> {
-    /// A contact under a law, whose states begin at an index among those of the model, and whose variables count from a
-    /// value reference.
+    /// A contact under a law, whose states begin at the index `first` of the state vector, and whose variables count from the
+    /// value reference `references`.
     pub fn new(law: L, drive: Drive, first: usize, references: u32) -> Self {
         let holds_exactly = law.stiction() == Stiction::Exact;
         // Answers that the solver needs at every step are kept, since asking the law takes longer.
@@ -138,7 +138,7 @@ impl<L: FrictionLaw> FrictionContact<L> {
         self.count
     }
 
-    /// Indices of the states of the law among those of the model.
+    /// Indices of the law's states in the state vector.
     #[inline(always)]
     pub fn states(&self) -> Range<usize> {
         self.first..self.first + self.count
@@ -153,8 +153,8 @@ impl<L: FrictionLaw> FrictionContact<L> {
         (number < self.count).then_some(self.first + number)
     }
 
-    /// The memory a run starts with; gives the states of the law, which are zero before, their start values among those of the
-    /// model.
+    /// The memory a run starts with; writes the start values of the law's states, which are zero before, to
+    /// the state vector.
     pub fn start<S: Varying>(&self, contact: &Contact<S>, x: &mut [S]) -> L::Memory<S> {
         self.law.start_states(contact, &mut x[self.states()]);
         self.law.start(contact)
@@ -166,13 +166,13 @@ impl<L: FrictionLaw> FrictionContact<L> {
         self.holds_exactly && L::is_sticking::<S>(memory)
     }
 
-    /// Velocity at which the mass moves: that of its state, unless the law holds the position.
+    /// Velocity of the mass: its state, or 0 where the law holds the position.
     #[inline(always)]
     pub fn rate<S: Scalar>(&self, velocity: S, memory: &L::Memory<S::Held>) -> S {
         if self.is_held::<S::Held>(memory) { S::zero() } else { velocity }
     }
 
-    /// The friction force in N; writes the rates of the law's states among those of the model.
+    /// The friction force in N; writes the rates of the law's states.
     #[inline(always)]
     pub fn force<S: Scalar>(&self, contact: &Contact<S>, x: &[S], memory: &L::Memory<S::Held>, rates: &mut [S]) -> S {
         self.law.force(contact, &x[self.states()], memory, &mut rates[self.states()])
@@ -260,14 +260,14 @@ impl<L: FrictionLaw> FrictionContact<L> {
         self.law.state_scale()
     }
 
-    /// Writes the magnitudes of the states of the law among those of the model, times a factor.
+    /// Writes the magnitudes of the law's states, times a factor.
     pub fn write_scales(&self, factor: f64, scales: &mut [f64]) {
         for state in 0..self.count {
             scales[self.first + state] = factor * self.law.scale_of(state);
         }
     }
 
-    /// Writes the limits of the states that the law names among those of the model.
+    /// Writes the limits of the states that the law names.
     pub fn write_limits(&self, limits: &mut [Limits]) {
         for state in 0..self.named.own() {
             limits[self.first + state] = Limits::within(self.law.range_of(state), self.law.scale_of(state));
@@ -291,7 +291,7 @@ pub struct Observation<S> {
     pub is_held: bool,
     /// Kind of the states of the law.
     pub kind: StateKind,
-    /// Where its named states are among those of all laws.
+    /// The place of its named states among the named states of all laws.
     named: Named,
     /// The states of the law; those it does not have are 0.
     pub states: [S; MAX_STATES],

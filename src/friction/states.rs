@@ -10,7 +10,7 @@ use crate::variables::{Unit, Variable, units};
 /// Variables of one kind: the states and, `RATES` behind them, their rates.
 struct Kind {
     kind: StateKind,
-    /// Value reference of the first state, counted from that of the contact.
+    /// Value reference of the first state, counted from the contact's.
     first: u32,
     name: &'static str,
     count: u32,
@@ -57,9 +57,10 @@ pub const fn computed<L: FrictionLaw>() -> usize {
     2 * ((KINDS[0].count + KINDS[1].count) as usize + L::NAMED)
 }
 
-/// Value reference of a named state of a contact, whose other variables count from `base`, by its place among those of all laws
-/// of the catalogue; that of its rate is the next. The contact at [`references::CONTACT`](crate::system::references::CONTACT) has
-/// those from 60 000 on, and each of [`REFERENCES`] has a thousand.
+/// Value reference of a named state of a contact, whose other variables count from `base`, by its place among the named states
+/// of all laws of the catalogue; the rate has the next reference. The contact at
+/// [`references::CONTACT`](crate::system::references::CONTACT) has the references from 60 000 on, and each of [`REFERENCES`] has a
+/// thousand.
 const fn named(base: u32, place: u32) -> u32 {
     25 * (base + 1_940) + 2 * place
 }
@@ -141,8 +142,8 @@ pub fn completed<L: FrictionLaw>(variables: Vec<Variable>, base: u32) -> Vec<Var
     variables.into_iter().map(complete).collect()
 }
 
-/// Writes the values of these variables from the states of a kind and their rates, and returns the rest of the slots. Of the
-/// named states of all laws, those of this one begin at a place.
+/// Writes the values of these variables from the states of a kind and their rates, and returns the rest of the slots. The
+/// named states of this law begin at a place among the named states of all laws.
 pub fn write<S: Scalar>(
     of: StateKind,
     states_and_rates: [[S; MAX_STATES]; 2],
@@ -169,14 +170,14 @@ pub fn write<S: Scalar>(
     rest
 }
 
-/// Where the named states of a law are among those of all laws of its catalogue.
+/// The place of a law's named states among the named states of all laws of its catalogue.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Named {
     /// Place of the first one.
     first: usize,
-    /// Number of those of the law.
+    /// Number of named states of the law.
     own: usize,
-    /// Number of those of all laws.
+    /// Number of named states of all laws.
     all: usize,
 }
 

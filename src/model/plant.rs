@@ -257,7 +257,7 @@ impl Plant {
     /// Integrates to a time in s, which is not in the past.
     ///
     /// # Errors
-    /// [`StepError`] when it cannot be reached; the state is then that of the last accepted solver step.
+    /// [`StepError`] when it cannot be reached; the plant then stays at the last accepted solver step.
     pub fn advance_to(&mut self, end: f64) -> Result<(), StepError> {
         self.advance(Until::Time(end))
     }

@@ -167,7 +167,7 @@ impl Drive {
 
 parameters! {
     #[doc(hidden)]
-    /// The parameters of the bench; those of the friction law and of the solver follow in the table.
+    /// The parameters of the bench; the friction law's and the solver's follow in the table.
     Parameters {
         drive: Drive = Variable::choice(1001, "bench.drive", Drive::SpringPull)
             .text("What moves the mass");
@@ -206,7 +206,7 @@ pub struct Memory<F = friction::Memory, S = Real> {
 struct DrivenPath<S> {
     /// Position in m at the end of the present step.
     end: S,
-    /// Velocity in m/s of this step; before the first one, that of the input.
+    /// Velocity in m/s of this step; before the first step, the input's velocity.
     velocity: Option<S>,
 }
 

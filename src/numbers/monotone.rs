@@ -10,8 +10,8 @@ use super::{Number, Scalar, Tangent};
 /// d_k  = (w1 + w2)/(w1/D_k-1 + w2/D_k),  w1 = 2*h_k + h_k-1,  w2 = h_k + 2*h_k-1     D = (f_k+1 - f_k)/h
 /// ```
 ///
-/// `d_k` is 0 where one of the slopes `D` beside it is, or where they differ in sign; at both ends it is that of the parabola
-/// through three points, as far as it keeps the curve monotone.
+/// `d_k` is 0 where one of the slopes `D` beside it is, or where they differ in sign; at both ends it is the slope of the
+/// parabola through three points, limited so that the curve stays monotone.
 ///
 /// # Source
 /// Fritsch, Butland (1984), SIAM J. Scientific and Statistical Computing 5(2):300-304.

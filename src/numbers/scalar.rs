@@ -76,7 +76,7 @@ pub trait Scalar: Number + AddAssign + SubAssign + Default + PartialEq + Debug +
         let x = self.value();
         self.chain(libm::atan(x), 1.0 / (1.0 + x * x))
     }
-    /// Magnitude; the derivative at 0 is that of the positive side.
+    /// Magnitude; the derivative at 0 is the right-hand one.
     fn abs(self) -> Self {
         if self.value() < 0.0 { -self } else { self }
     }

@@ -207,7 +207,7 @@ impl SubAssign for Tangent {
     }
 }
 
-/// Two tangents side by side, for a [`Pair`](super::Pair): the values lie together, as those of the pair do.
+/// Two tangents side by side, for a [`Pair`](super::Pair): the two values are contiguous in memory, as in the pair.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tangents {
     /// The values.
@@ -240,7 +240,7 @@ mod tests {
     use super::*;
     use crate::numbers::{Number, Real};
 
-    /// Where the parameter varies, its slope is that of a variable in the same place.
+    /// A varying parameter gives the slope of a variable in the same place.
     #[test]
     fn slopes_of_parameters_are_those_of_variables() {
         fn equation<S: Scalar>(x: S, p: Tangent) -> S {

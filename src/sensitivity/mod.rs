@@ -1,8 +1,8 @@
 //! Sensitivities of a run to parameters, start values, states and inputs, exact through events.
 //!
 //! A run is repeated in numbers that carry slopes in a few directions ([`Tangent`]): the same equations,
-//! the same solver, the same bits ([`Varied`]). Its slopes are those of the scheme with all adaptive choices held, which is
-//! known as internal numerical differentiation (Bock, 1981). With states `x`, rates `f-` before and `f+` behind an event with
+//! the same solver, the same bits ([`Varied`]). Its slopes are the derivatives of the scheme with all adaptive choices
+//! held: internal numerical differentiation (Bock, 1981). With states `x`, rates `f-` before and `f+` behind an event with
 //! the indicator `g`, and the change there, `switch` (the saltation matrix):
 //!
 //! ```text
@@ -47,7 +47,7 @@ pub struct Crossing {
 
 /// A run in numbers with slopes in [`DIRECTIONS`], beside a plain run: it is told all that the plain one is told.
 ///
-/// Slices follow the order of the table, as those of a [`Simulation`](crate::co_simulation::Simulation).
+/// Slices follow the order of the table, as in a [`Simulation`](crate::co_simulation::Simulation).
 pub trait Varied: Send {
     /// Finds directions of parameters and inputs to one side of which the run begins in another mode: they have no derivative.
     fn check_start(&mut self, start: &Start);

@@ -113,7 +113,7 @@ impl fmt::Display for SnapshotError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str("the saved state does not belong to this model with these parameters: ")?;
         match self {
-            Self::Unreadable => f.write_str("its discrete state is that of another model or friction law"),
+            Self::Unreadable => f.write_str("its discrete state belongs to another model or friction law"),
             Self::States { found, expected } => write!(f, "it has {found} continuous states, not {expected}"),
             Self::NotFinite => f.write_str("a number in it is not finite"),
             Self::Foreign => f.write_str("its discrete state is none that these parameters allow"),

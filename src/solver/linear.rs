@@ -18,15 +18,15 @@ use crate::system::{Groups, bits};
 /// By hand, because the zeros of the [`Groups`] are skipped and all loops have bounds that the compiler knows: the
 /// inversion and the six solutions of a Rosenbrock step take 1535 instructions for 8 states in groups of 2, 4 and 2, 1868
 /// for 9 and 11834 for 18; the LU decomposition of nalgebra with six solutions takes 4147, 4953 and 24915 (callgrind,
-/// release, x86-64). The benchmark `calls` times both. The matrices are those of nalgebra.
+/// release, x86-64). The benchmark `calls` times both. Jacobians come as matrices of nalgebra.
 #[derive(Clone, Debug)]
 pub struct Inverse<const N: usize> {
     /// `J - shift*I`, with inverses in the places of `A`, `C` and `F` (of `F` as it is after elimination of the second
-    /// group), and `-C^-1*D` in that of `D`.
+    /// group), and `-C^-1*D` in the place of `D`.
     columns: [[f64; N]; N],
 }
 
-/// Solves the linear systems of a step. Its groups are those of a type of systems, with bounds that the compiler knows.
+/// Solves the linear systems of a step. Its groups are constants of the type of system, with bounds that the compiler knows.
 #[derive(Clone, Debug)]
 pub enum Solver<const N: usize> {
     /// For few states, or couplings that are grouped.
@@ -36,7 +36,7 @@ pub enum Solver<const N: usize> {
 }
 
 impl<const N: usize> Solver<N> {
-    /// Prepares for `shift*I - jacobian`, whose couplings may be those of a chain; `None` if a pivot is zero or not finite. The choice
+    /// Prepares for `shift*I - jacobian`, whose sparsity may be a chain's; `None` if a pivot is zero or not finite. The choice
     /// does not depend on the number of states that are compiled, nor do the bits of a run; but for chains of more states than
     /// a set of rows has bits.
     #[inline(always)]
@@ -48,7 +48,7 @@ impl<const N: usize> Solver<N> {
         }
     }
 
-    /// The solution for a right-hand side; the groups are those of the preparation.
+    /// The solution for a right-hand side, with the groups of the preparation.
     #[inline(always)]
     pub fn solve(&self, right: &[f64; N], groups: Groups) -> [f64; N] {
         match self {
@@ -78,7 +78,7 @@ impl<const N: usize> Inverse<N> {
         Some(Self { columns })
     }
 
-    /// The solution for a right-hand side; the groups are those of the inversion.
+    /// The solution for a right-hand side, with the groups of the inversion.
     #[inline(always)]
     pub fn times(&self, right: &[f64; N], groups: Groups) -> [f64; N] {
         let [first, second, third] = ranges::<N>(groups);
@@ -100,8 +100,8 @@ fn ranges<const N: usize>([second, third]: Groups) -> [Range<usize>; 3] {
 
 /// The triangular factors of a sparse matrix.
 ///
-/// The couplings of a chain, of hoses for example, fill few of the zeros in between: then factors take a number of operations
-/// that grows with that of the states, where an inversion takes one that grows with its cube.
+/// The couplings of a chain, of hoses for example, fill few of the zeros in between: then factors take operations
+/// in proportion to the number of states, and an inversion in proportion to its cube.
 #[derive(Clone, Debug)]
 pub struct Factors<const N: usize> {
     /// Both factors, with the inverses of the pivots on the diagonal.

@@ -19,7 +19,7 @@ pub struct Indicator {
 /// Value of an indicator that the present mode does not use.
 pub const UNUSED: f64 = 1.0;
 
-/// The event indicators of a system, each in a fixed place: an array `[S; N]`, or those of a contact.
+/// The event indicators of a system, each in a fixed place: an array `[S; N]`, or the indicators of a contact.
 pub trait IndicatorSet<S>: AsRef<[S]> + AsMut<[S]> + Copy + Send {
     /// Indicators of which the mode uses none.
     fn unused() -> Self;

@@ -1,7 +1,7 @@
 //! The numbers that a discrete state keeps and that vary with parameters and start values: their names, their slopes, and the
 //! state with slopes given to them.
 //!
-//! A discrete state says how it is saved, and nothing else of its inside. The saved form is that of postcard: a number takes eight
+//! A discrete state says how it is saved, and nothing else of its inside. The saved form is postcard: a number takes eight
 //! bytes, an enumeration the index of its variant, a sequence its length and its items. [`Walk`] goes through a state as postcard
 //! does, and notes where the numbers are that are called [`KEPT`]. All else (modes, sides, counts, lengths) does not vary.
 

@@ -69,7 +69,7 @@ pub(crate) fn indicators<E: System<U>, const U: usize>() -> Vec<Indicator> {
 /// Arrays of states have a length `N` that the library chooses: at least the number of [states](Self::states), and more where
 /// a friction law has states. [`states!`](crate::states) knows the place of each.
 pub trait System<const U: usize>: Clone + Send + 'static {
-    /// The parameters of the model itself, without those of parts like a friction law.
+    /// The parameters of the model itself, without parts like a friction law.
     type Parameters;
 
     /// The states of the model itself, made by [`states!`](crate::states).
@@ -342,8 +342,8 @@ pub trait System<const U: usize>: Clone + Send + 'static {
     /// friction law has states.
     const TURNING: Option<StateIndex> = None;
 
-    /// The [derivatives](Self::derivatives), of which those of the first [`LED`](Self::LED) states may be missing: where these have a
-    /// closed form, nobody asks how they change.
+    /// The [derivatives](Self::derivatives), where the first [`LED`](Self::LED) may be missing: these states have a
+    /// closed form, and their derivatives are not used.
     fn driven<S: Varying, const N: usize>(&self, time: S, x: &[S; N], u: &[S; U], memory: &Self::Memory<S>) -> [S; N] {
         self.derivatives(time, x, u, memory)
     }
@@ -424,8 +424,8 @@ pub trait System<const U: usize>: Clone + Send + 'static {
         true
     }
 
-    /// The value of a computed variable, given by its place, if it takes no evaluation of the equations: as a rule one
-    /// that is a state. It is the same, bit for bit, as that of [`outputs`](Self::outputs).
+    /// The value of a computed variable, given by its place, if it takes no evaluation of the equations: as a rule a
+    /// state. It has the bits of [`outputs`](Self::outputs).
     fn at_hand<S: Varying, const N: usize>(&self, _place: usize, _x: &[S; N], _memory: &Self::Memory<S>) -> Option<S> {
         None
     }

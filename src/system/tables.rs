@@ -12,7 +12,7 @@ use crate::variables::{Meaning, ParameterError, Role, Table, Variable, table_cac
 pub mod references {
     /// The independent variable, time.
     pub const TIME: u32 = 0;
-    /// The states of the first contact; those of further contacts follow. References from 400 on once had other meanings.
+    /// The states of the first contact; further contacts follow. References from 400 on once had other meanings.
     pub const CONTACT: u32 = 460;
     /// The parameters of the solver.
     pub const SOLVER: u32 = 5_000;

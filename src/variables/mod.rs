@@ -138,7 +138,7 @@ pub struct Variable {
     pub starts_from: Vec<u32>,
     /// The enumeration parameter that this Integer parameter chooses for by number, if it is not 0.
     pub chooses: Option<Chosen>,
-    /// The choice for which alone this parameter counts: that of a friction law for the parameters of the law.
+    /// The choice for which alone this parameter counts: the friction law, for parameters of a law.
     pub counts_for: Option<Case>,
     /// Meaning of a parameter, independent of its name.
     pub meaning: Option<Meaning>,
@@ -329,7 +329,7 @@ impl Variable {
         self.name.rsplit_once('.').unwrap_or(("", &self.name))
     }
 
-    /// Puts the variable into a group: `group.name`, with its value reference, and that of the choice for which it counts,
+    /// Puts the variable into a group: `group.name`, with its value reference and the reference of the choice for which it counts,
     /// counted from `base`.
     pub fn within(self, group: &str, base: u32) -> Self {
         let counts_for =

@@ -4,7 +4,7 @@
 pub trait StateSet<P>: Copy + PartialEq + 'static {
     /// All of them.
     const ALL: &'static [Self];
-    /// Number of all states without those of friction laws.
+    /// Number of states other than friction states.
     const OTHERS: usize;
 
     /// Index among `n` states.
@@ -66,7 +66,7 @@ macro_rules! states {
     (@step [$count:tt step $step:tt]) => { $step };
     // The states and rows by name, each behind those before it.
     (@places [$($first:tt)*]) => {
-        /// Number of all states without those of friction laws.
+        /// Number of states other than friction states.
         pub const OTHERS: usize = $($first)*;
     };
     (@places [$($first:tt)*] $state:ident; $($others:tt)*) => {
@@ -140,7 +140,7 @@ macro_rules! states {
             /// Index of the first state of the friction law.
             #[allow(dead_code, reason = "a model may have no friction law")]
             pub const FRICTION: usize = $from $(+ { let _ = Self::$before; 1 })*;
-            /// Number of all states without those of the friction law.
+            /// Number of states other than friction states.
             pub const OTHERS: usize = $from + Self::ALL.len();
 
             /// Index among `n` states.
@@ -199,7 +199,7 @@ macro_rules! states {
 
         #[allow(clippy::redundant_closure_call, reason = "magnitudes are stated as functions of the parameters")]
         #[allow(missing_docs, reason = "each state is described by the text of its variable")]
-        #[allow(non_upper_case_globals, reason = "states are named as those of models without rows")]
+        #[allow(non_upper_case_globals, reason = "states are named as in models without rows")]
         #[allow(dead_code, reason = "a model may have no use for some of this")]
         impl $name {
             $crate::states! { @places [0] $($state $([$count step $step])?;)* }
@@ -286,7 +286,7 @@ macro_rules! states {
 #[cfg(test)]
 mod tests {
     states! {
-        /// Two states before those of friction and one behind.
+        /// Two states before the friction states and one behind.
         State of f64, from 1; {
             Low: 11, |_| 1.0;
             High: 12, |p| 2.0 * p;

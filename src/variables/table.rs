@@ -6,7 +6,7 @@ use std::ops::Deref;
 use super::{Case, Enumeration, Kind, Meaning, ParameterError, Role, Tunable, Variable, array};
 use crate::numbers::{STILL, Slopes};
 
-/// The place of a value among those of its kind, in the order of the table.
+/// The place of a value among the values of its kind, in the order of the table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Place {
     /// The time.
@@ -100,7 +100,7 @@ impl Table {
                 *slot = index as u32;
                 continue;
             }
-            // A model can change its own variables, not those of the solver; of two of its own the first is named first.
+            // The author of a model can change its own variables, not the solver's; of two of its own the first is named first.
             let (first, second) = (&variables[*slot as usize], variable);
             let is_solving = |variable: &Variable| variable.group_and_name().0 == SOLVER;
             let (own, other) = if is_solving(first) { (second, first) } else { (first, second) };

@@ -22,7 +22,7 @@ pub struct ParameterSet<'a> {
     pub parameters: Vec<Parameter<'a>>,
 }
 
-/// The value of a variable, under a name that may be that of the variable within a system.
+/// The value of a variable, under its own name or its name within a system.
 pub struct Parameter<'a> {
     name: Cow<'a, str>,
     variable: &'a Variable,

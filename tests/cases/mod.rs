@@ -82,7 +82,7 @@ fn rigs_of_one_law(model: &Model) -> Vec<Changes> {
             ("chamberA.leakage", 1e-10),
             ("chamberB.leakage", 2e-11),
         ],
-        // Pressures above that of the supply, into which air flows back.
+        // Chamber pressures above the supply's, so that air flows back into it.
         vec![("consumption.enabled", 1.0), ("chamberA.pressure0", 8e5), ("chamberB.pressure0", 8e5)],
         vec![("consumption.enabled", 1.0), ("actuation", 2.0), ("chamberA.leakage", 1e-9)],
         vec![("consumption.enabled", 1.0), ("actuation", 3.0), ("supply.volume", 1e-4), ("chamberB.leakage", 1e-9)],

@@ -1,4 +1,4 @@
-// A fit of the page is that of the Python package: the program that the page gives finds the same values.
+// A fit of the page agrees with the Python package: the program that the page exports finds the same values.
 import assert from "node:assert/strict";
 import { readFile } from "node:fs/promises";
 import { after, before, test } from "node:test";
@@ -24,7 +24,7 @@ function normals() {
   return () => Math.sqrt(-2 * Math.log(random())) * Math.cos(2 * Math.PI * random());
 }
 
-/** A bench that sweeps to and fro, under a load that grows with a pressure. */
+/** A bench that sweeps back and forth, under a load that grows with a pressure. */
 function bench() {
   const normal = normals();
   const rows = Array.from({ length: 3001 }, (_, row) => {
@@ -39,7 +39,7 @@ function bench() {
   return `t,x[mm],f,p[bar]\n${rows.join("\n")}\n`;
 }
 
-/** Three springs that slip, moved to and fro by some of their deflections. */
+/** Three springs that slip, moved back and forth by some of their deflections. */
 function springs() {
   const normal = normals();
   const elements = [[2e5, 0.6], [1e5, 1], [4e4, 1.2]].map(([stiffness, limit]) => ({ stiffness, limit, force: 0 }));

@@ -27,7 +27,7 @@ PRESSURES = (1e5, 3e5, 5e5, 7e5)
 
 
 def seal(pressure: float, factor: float = 1.0, seed: int = 0, amplitude: float = 0.02) -> Data:
-    """A seal under a pressure, whose friction differs by a factor from that of the law."""
+    """A seal under a pressure, whose friction differs by a factor from the law."""
     rng = np.random.default_rng(seed)
     time = np.arange(0.0, 4.0, 0.02)
     position = amplitude * np.sin(2.0 * np.pi * 0.5 * time)

@@ -97,7 +97,7 @@ def test_sign_is_asked_of_a_velocity_alone() -> None:
     turned = {**data, "velocity": speed, "frictionForce": -data["frictionForce"]}
     given = {"experiment": "motion", "law": "Stribeck", "fit": "friction.stribeck.Fc", "play": 0.0}
     [text] = told(turned, **given)
-    assert text.startswith("frictionForce works against friction: it gives back more than it takes on a way to and fro")
+    assert text.startswith("frictionForce works against friction: it gives back more energy than it takes over a cycle")
     assert text.endswith("A minus before a column turns it, frictionForce=-column")
     assert told({**data, "velocity": speed}, **given) == []
 
@@ -168,8 +168,8 @@ def test_velocity_that_is_about_the_slope_or_of_something_else_is_left(velocity:
 
 def test_force_that_works_against_friction_is_asked_for_its_sign() -> None:
     text = (
-        "force works against friction: it gives back more than it takes on a way to and fro; is its sign turned, or "
-        "that of the motion? A minus before a column turns it, force=-column"
+        "force works against friction: it gives back more energy than it takes over a cycle; is its sign or "
+        "the sign of the motion turned? A minus before a column turns it, force=-column"
     )
     with pytest.warns(ps.PlantWarning, match="^" + re.escape(text) + "$"):
         compare(*seen(WAY, force=-SPEED))

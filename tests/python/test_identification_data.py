@@ -59,7 +59,7 @@ def test_pressures_left_out_are_within_what_the_others_predict() -> None:
             assert told.is_within or f"{case.condition.name}: {told}: the law does not hold there" in repr(found)
             widths.append(told.high / told.low)
     assert within >= 18
-    # An interval that has everything tells nothing. Those of the lowest pressures, far off the others, are wide.
+    # An interval over the whole range is no information. At the lowest pressures, far off the others, they are wide.
     assert np.median(widths) < 3.0
 
 

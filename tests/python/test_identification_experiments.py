@@ -286,7 +286,7 @@ def test_whole_rig(inputs: str) -> None:
         truth = values - 0.5 * (name == "externalForce")
         close(given[name], truth if inputs == "held" else mean(truth), name)
     assert window.begin.loose == ("position0", "velocity0", "chamberA.pressure0", "chamberB.pressure0")
-    # Pressures are those of the first five samples, of which the third is in the middle.
+    # Pressures start as the line through the first five samples, of which the third is in the middle.
     begin = [0.1, 0.2, A[2], B[2]]
     close([window.begin.values[name] for name in window.begin.loose], begin, "begin")
     close((experiment.forces(window, {}) or ())[1], PUSH - DEAD + TIME + 2.5 - 3.0 * 0.6, "friction")
@@ -393,7 +393,7 @@ def test_value_is_fitted_or_known_or_by_default() -> None:
 
 
 def test_carriage_rests_where_it_stays_within_its_noise() -> None:
-    """It leaves after 0.5 s in steps of 0.2 mm, which are taken for those of a converter: two of them are noise."""
+    """It leaves after 0.5 s in steps of 0.2 mm, which are taken for steps of a converter: two of them are noise."""
     position = 0.3 + 0.1 * np.maximum(TIME - 0.5, 0.0)
     for name in ("force", "mechanical", "rig"):
         experiment, window = make(name, {**GAS, "position": position, "force": FORCE}, {})

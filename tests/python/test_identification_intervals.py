@@ -68,7 +68,7 @@ def test_residuals_that_hang_together_have_the_covariance_of_a_jackknife(of: str
     assert together[0] * group > white[0] * student.ppf(0.975, 118)
     assert_close(np.sqrt(spread[0, 0]), together[0], rel=1e-13, what="deviation", why=ROUND)
     assert_close(factors[0], group, rel=1e-14, what="factor")
-    # The widest counts, and correlations are those of independent residuals.
+    # The widest counts; correlations are taken from independent residuals.
     halves = np.maximum(together * group, white * student.ppf(0.975, 118))
     assert_close(np.sqrt(np.diag(spread)) * factors, halves, rel=1e-13, what="half intervals", why=ROUND)
     inverse = np.linalg.inv(rows.T @ rows)
@@ -202,7 +202,7 @@ BOUND = "it is at a bound"
 def test_what_is_not_determined_says_why(
     free: Free, at: float, half: float, low: float, high: float, reason: str | None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """One parameter, whose half interval is that of a thousand samples of the same effect."""
+    """One parameter, whose half interval follows from a thousand samples of the same effect."""
     factor = student.ppf(0.975, 1000)
     effect = np.full((1000, 1), factor / half / np.sqrt(1000.0))
     linear = Linearised(effect, np.zeros(1000), np.zeros(1000, dtype=int), np.zeros(1000, dtype=int))

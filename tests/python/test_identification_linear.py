@@ -1,6 +1,6 @@
 """Numbers of a fit against closed forms: Coulomb and viscous friction on a known path are a linear regression.
 
-The quantiles are those of printed tables of Student's distribution, two-sided at 95 %.
+The quantiles come from printed tables of Student's distribution, two-sided at 95 %.
 """
 
 from __future__ import annotations
@@ -185,7 +185,7 @@ def test_bootstrap_has_the_quantiles_of_refits_to_drawn_blocks() -> None:
 
 
 def test_beginnings_of_windows_widen_the_intervals_as_they_do_in_the_whole_problem() -> None:
-    """The covariance of the parameters is their part of that of parameters and beginnings together."""
+    """The covariance of the parameters is their block of the covariance of parameters and start values."""
     found = ps.fit(RIG, experiment="pneumatic", law="None", fit=["valve.deadZone", "valve.C"], columns=RIG_COLUMNS,
                    settings={"supplyPressure": 6e5}, starts=0, segment=0.6)  # fmt: skip
     problem = found.problem

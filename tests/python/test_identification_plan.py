@@ -37,7 +37,7 @@ def of_sine(**options: object) -> Candidate:
 
 
 def expected(samples: float = 5_000, noise: float = NOISE["frictionForce"], speed: float = SPEED) -> dict[str, float]:
-    """Half intervals of 95 %; that of the logarithm of Fc goes up further than down."""
+    """Half intervals of 95 %; for the logarithm of Fc it goes up further than down."""
     level, viscous = noise * np.sqrt(0.5 / (samples * Q)), noise / speed / np.sqrt(samples * Q)
     return {LEVEL: DEFAULTS[LEVEL] * np.expm1(1.96 * level / DEFAULTS[LEVEL]), VISCOUS: 1.96 * viscous}
 

@@ -98,7 +98,7 @@ def test_parameter_set_says_how_to_read_it(tmp_path: Path) -> None:
     ],
 )
 def test_unit_of_a_value_tells_that_it_rotates(written: dict[str, object]) -> None:
-    """Arrays by name have no units; then those of the values count."""
+    """Arrays by name have no units; then the units of the values count."""
     other = fit(turned(), **written)
     assert other.units.is_rotating
     assert other.parameters["friction.coulomb.Fc"].unit == "N.m"

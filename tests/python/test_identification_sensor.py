@@ -29,14 +29,14 @@ def test_step_of_a_converter_is_found_through_decimals_and_none_where_there_is_n
 
 
 def test_densities_are_those_of_the_noise() -> None:
-    """The normal one without a converter; with one that of a step, which with much noise is the same."""
+    """The normal density without a converter; with one P over a step, which under much noise is the same."""
     differences = np.linspace(-3.0, 3.0, 13) * 1e-4
     expected = norm.logpdf(differences, scale=1e-4)
     assert_close(Sensor(1e-4).log_density(differences), expected, rel=1e-14, what="log of the density")
     step = 1e-6
     found = Sensor(1e-4, step, is_coarse=True).log_density(differences)
     # The mean over a step differs from the middle by the curvature, (step / noise)^2 / 24 times at most 9 - 1.
-    assert_close(found, expected, within=9.0 * 1e-4 / 24.0, what="log of that of a step")
+    assert_close(found, expected, within=9.0 * 1e-4 / 24.0, what="log density over a step")
 
 
 @pytest.mark.parametrize("noise", [0.08, 0.4, 1.3])

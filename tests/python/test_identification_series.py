@@ -55,7 +55,7 @@ def test_joint_fit_of_lines_is_that_of_one_regression() -> None:
     # The springs of parameters without bounds are felt by far less than the noise.
     assert np.all(np.abs(values - best) < 1e-2 * deviations)
     halves = [0.5 * (one.high - one.low) for one in (found.shared[SIGMA2], *found.changing[FC])]
-    # Never narrower than those of independent residuals; sixty blocks make them up to 1.3 times as wide.
+    # Never narrower than for independent residuals; sixty blocks make them up to 1.3 times as wide.
     assert np.all((1.9 * deviations < halves) & (halves < 1.3 * 2.1 * deviations)), halves / deviations
 
 

@@ -62,7 +62,7 @@ def records(monkeypatch: pytest.MonkeyPatch) -> list[Record]:
 
 
 def joined(records: list[Record]) -> tuple[Array, Array]:
-    """Return matrix and data of all records in one: the shared parameter first, drawn to 0 once, then those of each."""
+    """Return matrix and data of all records in one: the shared parameter first, drawn to 0 once, then each record's."""
     rows, data = [], []
     for place, one in enumerate(records):
         wide = np.zeros((len(one.data) + 3, 7))

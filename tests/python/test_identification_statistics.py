@@ -65,7 +65,7 @@ def test_information_of_conditions_is_that_of_weighted_least_squares() -> None:
 
 
 def test_residuals_that_hang_together_count_as_fewer() -> None:
-    """In pairs they have twice the variance of a mean; where neighbours cancel, no less than that of the residuals."""
+    """In pairs they double the variance of a mean; where neighbours cancel, it is no less than for white noise."""
     columns, blocks = np.ones((8, 1)), np.repeat(np.arange(4), 2)
     pairs, turns = np.array([1.0, 1.0, -1.0, -1.0] * 2), np.array([1.0, -1.0] * 4)
     assert_close(_noise(columns, pairs, blocks), 2.0, rel=1e-14, what="in pairs")

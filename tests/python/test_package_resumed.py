@@ -1,4 +1,4 @@
-"""An interrupted study resumes: complete parts are kept, and the bits equal those of one call."""
+"""An interrupted study resumes: complete parts are kept, with the bits of one call."""
 
 from __future__ import annotations
 

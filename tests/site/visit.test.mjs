@@ -46,7 +46,7 @@ test("every page opens without an error and fits on 400 pixels, and none of each
   assert.deepEqual(KINDS.filter((name) => !names.includes(name)), []);
   const found = [];
   for (const name of names) {
-    // Half of the pages each way: the colours are those of the same style sheets.
+    // Half of the pages each way: the colours come from the same style sheets.
     const colorScheme = names.indexOf(name) % 2 ? "dark" : "light";
     const { page, close } = await open(browser, name, { colorScheme, viewport: { width: 400, height: 800 } });
     const width = await page.evaluate(() => document.documentElement.scrollWidth);

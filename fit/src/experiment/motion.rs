@@ -26,7 +26,7 @@ impl Motion {
         Self { given, compared: [compared] }
     }
 
-    /// Whether the force holds that of the pressure.
+    /// Whether the measured force includes the pressure force.
     fn has_pressure(&self) -> bool {
         self.compared == ["force"] && self.given.signals.contains("pressure")
     }

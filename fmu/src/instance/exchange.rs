@@ -120,7 +120,7 @@ impl Instance {
         Ok(&self.scratch.answers)
     }
 
-    /// Refuses a length that is not that of a vector.
+    /// Refuses an array whose length differs from a vector of the model.
     pub fn check_length(&self, vector: Vector, length: usize) -> Result<(), Failure> {
         let expected = self.length(vector);
         if length == expected {

@@ -102,7 +102,7 @@ fn choose(library: &'static Library, wanted: &Wanted) -> Result<Arc<Layout>, Fai
     let found = library.find(guid).ok_or_else(|| {
         let list = library.list();
         let hint = "modelDescription.xml and the library come from different builds";
-        Failure::error(format!("the {called} {guid} is not that of a model in this library ({list}): {hint}"))
+        Failure::error(format!("the {called} {guid} belongs to no model of this library ({list}): {hint}"))
     })?;
     if wanted.kind == Kind::ModelExchange && found.states == 0 {
         let name = found.model.name;
@@ -223,7 +223,7 @@ mod tests {
         let cases = [
             ("", Some(&*guid), "make: the instance name is missing"),
             ("a", None, "make: the token is missing"),
-            ("a", Some("{guid}"), "make: the token {guid} is not that of a model"),
+            ("a", Some("{guid}"), "make: the token {guid} belongs to no model"),
         ];
         for (name, guid, reason) in cases {
             let (sink, messages) = listening_sink();

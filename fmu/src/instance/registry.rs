@@ -30,13 +30,13 @@ extern "C" fn forget_all() {
 }
 
 impl Library {
-    /// A library of models from a source with a fingerprint, if they are not those of [`pneumatic_servo`].
+    /// A library of models from a source with a fingerprint, if they are not the models of [`pneumatic_servo`].
     ///
-    /// `models` are checked; `list` gives the same again when they are used. A `static` that held them itself would be a copy of
-    /// those of another crate, whose code would be compiled once more.
+    /// `models` are checked; `list` gives the same again when they are used. A `static` that held them itself would copy
+    /// the models of another crate, whose code would be compiled once more.
     ///
     /// # Panics
-    /// Without a model, and when a name is no identifier of C or is that of two models: in a `static`, when it is compiled.
+    /// Without a model, and when a name is no identifier of C, or two models share it: in a `static`, when it is compiled.
     pub const fn new(models: &'static [Model], list: fn() -> &'static [Model], source: Option<&'static str>) -> Self {
         assert!(!models.is_empty(), "a library of FMUs needs a model");
         let mut index = 0;

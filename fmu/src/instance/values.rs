@@ -118,8 +118,8 @@ impl Instance {
         Ok(value)
     }
 
-    /// Refuses a start value other than that of the description, since states start from parameters and inputs. That one may
-    /// be set, with no effect: the standards call it a guess.
+    /// Refuses a start value other than in the description, since states start from parameters and inputs. The described one
+    /// may be set, with no effect: the standards call it a guess.
     fn check_guess(&self, state: &Variable, value: f64) -> Result<(), Failure> {
         let start = self.layout.model.default_starts()?.get(&state.reference).copied();
         if start == Some(value) {

@@ -159,7 +159,7 @@ fn percent_signs_are_doubled_and_nothing_asks_for_an_argument() {
         assert!((LIBRARY.fmi2Instantiate)(c"a".as_ptr(), 1, guid, ptr::null(), &callbacks, 0, 0).is_null());
     }
     let format = std::hint::black_box(format);
-    assert!(format.starts_with("fmi2Instantiate: the GUID 100 %%s is not that of a model"), "{format}");
+    assert!(format.starts_with("fmi2Instantiate: the GUID 100 %%s belongs to no model"), "{format}");
 }
 
 #[test]

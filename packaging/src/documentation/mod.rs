@@ -129,7 +129,7 @@ fn licence(product: &Product) -> String {
         (false, licence) => escape(licence),
     };
     format!(
-        "<section id=\"licence\">\n<h2>Licence</h2>\n<p>{licence}; the texts, and those of the packages inside the library, are in \
+        "<section id=\"licence\">\n<h2>Licence</h2>\n<p>{licence}; the texts, and the licences of the packages inside the library, are in \
          <code>documentation/licenses</code> of the FMU.</p>\n</section>\n"
     )
 }

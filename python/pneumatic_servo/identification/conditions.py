@@ -14,7 +14,7 @@ from pneumatic_servo.identification.records import Record
 from pneumatic_servo.identification.smoothing import fastest
 
 SAME = 0.1
-"""Values that differ by less than this share are those of one condition."""
+"""Values that differ by less than this share belong to one condition."""
 
 
 def _mean(signal: str) -> Callable[[Record], float]:

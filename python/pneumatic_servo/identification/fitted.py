@@ -61,7 +61,7 @@ class Fitted:
     def settings(self) -> dict[str, Value]:
         """Settings of a model under the fit: fixed and estimated parameters and inputs, the law, and the start.
 
-        The start is that of the first segment: position, velocity and pressures as they were fitted.
+        The start is the fitted start of the first segment: position, velocity and pressures.
         """
         start = self.problem.begins(self.x)[0] if self.problem.windows else {}
         known = {**start, "friction.law": self.law, **self.problem.experiment.settings, **self.values}
@@ -70,5 +70,5 @@ class Fitted:
 
     @property
     def units(self) -> Units:
-        """The units of signals and parameters; those of a rotating machine are other than its model's."""
+        """The units of signals and parameters; a rotating machine has other units than its model."""
         return self.problem.experiment.units

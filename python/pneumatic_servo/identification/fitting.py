@@ -105,7 +105,7 @@ def fit(
         Friction law.
     fit : str or sequence of str
         What is free: ``NAME[=start][:low:high]``; by default forces, stiffnesses and velocities of the law. Names are
-        those of the model, ``gain.SIGNAL``, ``offset.SIGNAL`` and ``delay.SIGNAL`` of signals that are compared or
+        parameters of the model, ``gain.SIGNAL``, ``offset.SIGNAL`` and ``delay.SIGNAL`` of signals that are compared or
         drive the model (what is true is ``gain * (reading - offset)``, read so much later), ``lag.SIGNAL`` of those
         compared (the time constant of a filter of first order), for ``motion`` ``area``, ``friction.kappaA`` and
         ``friction.direction.factor``, for ``force`` the latter, ``incline``, ``spring`` and ``springRest``.
@@ -172,8 +172,8 @@ def fit(
 
     Notes
     -----
-    Parameters that the data do not tell are in ``not_identifiable`` of the fit; those of them that show at the start
-    values are told at once, with the progress. Where a model does not describe the data, the search ends as soon as it
+    Parameters that the data do not tell are in ``not_identifiable`` of the fit; where the start values show it,
+    they are named at once, with the progress. Where a model does not describe the data, the search ends as soon as it
     gains little: after eight steps that lower the cost by less than a fiftieth together. A run that takes twenty
     times the solver steps of the first is given up, and counts as worse than any other.
 
@@ -389,7 +389,7 @@ def _check_sensors(experiment: Experiment) -> None:
 
 
 def _known(name: str, table: Model, settings: Parameters | None, units: Units) -> dict[str, Value]:
-    """Return known parameters in SI units; those of a test bench are none of its model."""
+    """Return known parameters in SI units; a test bench's are not in its model."""
     if settings is None or not isinstance(settings, Mapping):
         return table._settings(settings, "settings")
     special = units_beside(name, units)

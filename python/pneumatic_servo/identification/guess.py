@@ -181,6 +181,6 @@ def deflection(window: Window, end: float) -> Array:
 
 
 def _leuven(group: str, ends: Array, stiffness: Array, total: float) -> dict[str, float]:
-    """Return a presliding nearly as straight as that of the elements, which ends about as sharply as they slip."""
+    """Return presliding nearly as linear as under Maxwell elements, with an end about as sharp as their slip."""
     return {f"{group}k1": float(np.sum(stiffness)), f"{group}f1": 0.05 * total, f"{group}f2": 1.0 / float(ends[-1]),
             f"{group}Fs": 1.02 * total, f"{group}Fc": total, f"{group}n": 5.0}  # fmt: skip

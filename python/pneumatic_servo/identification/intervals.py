@@ -118,9 +118,8 @@ def linearised(problem: Problem, x: Array) -> Linearised:
 def covariance(linear: Linearised) -> tuple[Array, Array]:
     """Return the covariance of the scaled parameters, and the factors from deviations to half intervals.
 
-    For each parameter the widest of three: that of independent residuals, that of a jackknife which leaves out one
-    block of time after the other, for residuals that hang together, and that of one which leaves out one record after
-    the other, for records that the model does not bring together.
+    For each parameter the widest of three intervals: for independent residuals; by a jackknife over blocks of time,
+    for autocorrelated residuals; and by a jackknife over records, for records that one model does not fit together.
     """
     found, factors = _native.covariance(linear.derivatives, linear.scores, linear.blocks, linear.records)
     return found, np.array(factors)

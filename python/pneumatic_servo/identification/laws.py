@@ -49,7 +49,7 @@ class Ranking:
         return self.fits[0]
 
     def rows(self) -> list[tuple[str, bool, int, float, float | None, float]]:
-        """Return the table; its columns are `COLUMNS`. Residuals are in units of those of the first law."""
+        """Return the table; its columns are `COLUMNS`. Residuals are relative to the first law's."""
         return [
             (found.law, found.converged, len(found.parameters), _total(found, self.fits[0], held=False),
              _total(found, self.fits[0], held=True) if found.validation_rms else None, found.aic)

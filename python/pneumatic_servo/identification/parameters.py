@@ -74,7 +74,7 @@ class Free:
         return math.exp(inner) if self.is_logarithmic else inner * self.scale
 
     def at(self, start: float) -> Free:
-        """Return the same with another start, within the bounds; those of a logarithm that nobody gave move along."""
+        """Return the same with another start, within the bounds; default bounds of a logarithm move along."""
         if self.is_given or not math.isfinite(start):
             return self
         low, high = self.low, self.high

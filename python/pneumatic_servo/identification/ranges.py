@@ -33,7 +33,7 @@ class Ranges:
     Attributes
     ----------
     limits : dict
-        Low and high by signal; of ``velocity`` those of the faster direction in both.
+        Low and high by signal; of ``velocity`` the range of the faster direction in both.
     units : Units
         The units of the fit.
     """

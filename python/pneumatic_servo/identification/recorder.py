@@ -115,7 +115,7 @@ def stopped(position: Array) -> Iterator[tuple[float, int]]:
 
 
 def _has_noise(steps: Array) -> bool:
-    """Tell whether steps from sample to sample are those of a signal with noise that its converter resolves."""
+    """Tell whether steps from sample to sample show noise that the converter resolves."""
     turns = np.mean(steps[1:] * steps[:-1] < 0.0) if len(steps) > 1 else 0.0
     return bool(turns > OFTEN and np.mean(steps == 0.0) < RARELY)
 

@@ -23,7 +23,7 @@ AROUND = 11
 
 @dataclass(frozen=True)
 class Course:
-    """A window of a signal: times after those of the windows before, measured values, and measured minus fitted."""
+    """A segment of a signal: times after the segments before, measured values, and measured minus fitted."""
 
     time: Array
     measured: Array
@@ -59,7 +59,7 @@ class Residuals:
         return self.problem.experiment.units.of_signal(signal)
 
     def noise(self, signal: str) -> float:
-        """Return the noise of the sensor of a signal as the data tell it, with that of its converter."""
+        """Return the noise of a signal, estimated from its data, with the quantisation noise of its converter."""
         sensor = Sensor.of([course.measured for course in self.courses(signal)])
         return float(np.hypot(sensor.noise, sensor.step / np.sqrt(12.0)))
 

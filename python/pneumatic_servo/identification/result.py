@@ -191,7 +191,7 @@ class Fit(Fitted):
     def to_ssv(self, file: str | Path) -> None:
         """Write the settings as a set of values that tools load into the FMU.
 
-        Units in it are those of the FMU; of a rotating machine the description says how to read them.
+        Units in it are the FMU's; of a rotating machine the description says how to read them.
         """
         model = self.problem.experiment.table
         described = ", ".join(filter(None, [f"Fitted parameters of {model.name}", self.units.told]))

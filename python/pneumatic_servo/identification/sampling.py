@@ -1,6 +1,6 @@
 """The sampler that draws from the posterior of a fit.
 
-The likelihood is that of the residuals in units of the noise. Priors are flat between the bounds, but for the weak
+The likelihood counts the residuals in units of the noise. Priors are flat between the bounds, but for the weak
 springs that a fit has, too. What windows begin with is integrated out, as the intervals do: along the derivatives at
 the solution, since it errs by no more than the noise. Residuals that hang together tell less than their number: about
 the solution each parameter is stretched as its interval is, as the curvature adjustment of a composite likelihood does
@@ -43,7 +43,7 @@ STEPS = 100
 MOST_STEPS = 2000
 """Steps after which no more are made."""
 FREEDOM = 5.0
-"""Degrees of freedom of the t that is proposed from: tails heavier than those of what it follows."""
+"""Degrees of freedom of the proposal, a t distribution: its tails are heavier than the target's."""
 SHARE = 0.8
 """Share of the moves that propose from it."""
 
@@ -110,7 +110,7 @@ def density(problem: Problem, x: Array) -> tuple[Density, Array]:
     rest = np.vstack([own - basis @ (basis.T @ own), np.diag(problem.pull[:count])])
     inverse = np.linalg.pinv(triangle(rest), rcond=RANK)
     white = inverse @ inverse.T
-    # In units of what the ends of a normal distribution would be: intervals of few blocks are those of a t.
+    # Relative to the ends of a normal distribution: intervals of few blocks come from a t distribution.
     ratios = np.diag(spread) / np.maximum(np.diag(white), 1e-300)
     stretch = np.maximum(np.sqrt(ratios) * factors / ndtri(0.5 + 0.5 * LEVEL), 1.0)
     return Density(problem, x, stretch, basis), white * np.outer(stretch, stretch)

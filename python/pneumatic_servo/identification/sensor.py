@@ -69,7 +69,7 @@ class Sensor:
         return self._at("weight", differences)
 
     def log_density(self, differences: Array) -> Array:
-        """Return the logarithm of the density of readings, in 1/unit; of a coarse converter that of P over its step."""
+        """Return the log density of readings, in 1/unit; for a coarse converter, log of P over its step."""
         return self._at("log_density", differences)
 
     def _at(self, function: str, differences: Array) -> Array:

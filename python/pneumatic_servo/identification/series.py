@@ -279,7 +279,7 @@ def _cost(problems: Sequence[Problem], vectors: Sequence[Array], common: int) ->
 
 
 def _moves(problems: Sequence[Problem], vectors: Sequence[Array], common: int) -> list[Array]:
-    """Return a Gauss-Newton step: that of what is shared first, each record's own answer to it then."""
+    """Return a Gauss-Newton step: the shared parameters first, then each record's own in response."""
     information, slope, parts = np.zeros((common, common)), np.zeros(common), []
     for problem, x in zip(problems, vectors, strict=True):
         residuals = _residuals(problem, x, common, len(problems))

@@ -23,8 +23,8 @@ SIGNALS = {
     "chamberA.pressure": "Pa",
     "chamberB.pressure": "Pa",
 }
-"""Signals and their SI units. `pressure` is that of a test bench above ambient, those of the chambers are absolute, as
-everywhere in the model."""
+"""Signals and their SI units. `pressure` of a test bench is above ambient; the chambers' are absolute, as everywhere
+in the model."""
 
 ROTATING = {
     "m": "rad", "m/s": "rad/s", "m/s2": "rad/s2", "N": "N.m", "kg": "kg.m2", "N/m": "N.m/rad", "N.s/m": "N.m.s/rad",
@@ -48,7 +48,7 @@ class Units:
     is_rotating : bool
         Whether the machine rotates: its force is a torque, its mass an inertia, its position an angle.
     readings : dict
-        SI units of signals that are read in another one than that of the machine, as the current of a motor.
+        SI units of signals that are read in another unit than the machine's, as the current of a motor.
     """
 
     is_rotating: bool = False

@@ -107,7 +107,7 @@ outputs! {
 }
 
 parameters! {
-    /// The parameters of slider, tray and walk; those of the friction law and of the solver follow in the table.
+    /// The parameters of slider, tray and walk; the friction law's and the solver's follow in the table.
     Parameters {
         mass: Fixed = Variable::parameter(1001, "mass", units::KILOGRAM, MASS).range(1e-6, 1e4).shown_in("g")
             .text("Mass of the slider");

@@ -141,7 +141,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
 
 // The carriage: its forces, its contact, its motion.
 impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<L, A, EXTENDED> {
-    /// Force on the moving mass other than friction in N, but for that of a coupling, and the stops' part of it.
+    /// Force on the moving mass in N, without friction and without the force of a coupling; and the stops' part of it.
     #[inline(always)]
     pub(super) fn applied_force<S: Scalar>(&self, x: &[S], u: &Inputs<S>, rate: S) -> (S, S) {
         let position = State::Position.get(x);
@@ -535,7 +535,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
 
 // The rates of all states: air, friction, motion and sensors, driven by the actuator.
 impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<L, A, EXTENDED> {
-    /// Writes the rates of all states; those of states that rest are left as they are.
+    /// Writes the rates of all states; constant states keep the rates that they are given.
     // Compiled once for all numbers of states, which make no difference to the equations.
     #[inline(never)]
     pub(super) fn write_rates<S: Scalar>(
@@ -550,7 +550,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
         rates[..STATES].copy_from_slice(&self.actuator.rates(of_actuator(x), u.commands(), &memory.actuator));
     }
 
-    /// Writes the rates of all states but those of the actuator.
+    /// Writes the rates of all states but the actuator's.
     #[inline(always)]
     pub(super) fn driven_rates<S: Scalar>(
         &self,

@@ -1,6 +1,6 @@
 //! Lines between supply, valve and chambers: a meter, a vessel, hoses, and restrictions where a hose meets its chamber.
 //!
-//! Hoses, meter and vessel have states of their own, behind those of the friction law; a cylinder without them has none of these.
+//! Hoses, meter and vessel have states of their own, behind the friction states; a cylinder without them has no such states.
 
 use super::options::{Options, ThrottledFlow};
 use crate::numbers::{Number, Real, Scalar, Tangent};
@@ -50,7 +50,7 @@ pub struct Line {
 ///
 /// ```text
 /// C_out = C + (min(C, C_cushion) - C)*clamp(10*(1 - s/s_cushion), 0, 1)   s the distance to the end of the stroke
-/// C     = C_least + (C_way - C_least)*min((1 - p2/p1)/0.005, 1)           of C_into and C_out that of the way, and the least
+/// C     = C_least + (C_way - C_least)*min((1 - p2/p1)/0.005, 1)           C_way: C_into or C_out; C_least: the lesser
 /// ```
 ///
 /// The cushion closes on a tenth of its length, and lets air in freely. A check valve opens with the difference of the
@@ -166,7 +166,7 @@ impl Lines {
         self.hoses.each_ref().map(|line| line.as_ref().map_or(none, added))
     }
 
-    /// The states at the start: hoses at the pressures of the chambers, the vessel at that of the supply, all at rest, the meter
+    /// The states at the start: hoses at the pressures of the chambers, the vessel at supply pressure, all at rest, the meter
     /// at 0.
     pub fn start<S: Scalar>(&self, pressures: [S; 2], supply: S) -> [S; LINE_STATES] {
         let start = |place: usize| match place {
@@ -254,7 +254,7 @@ impl Restriction {
 }
 
 impl Line {
-    /// The longest explicit steps: those of the fastest wave and of the last volume, if it ends in itself.
+    /// The longest explicit steps, bounded by the fastest wave and by the last volume, if the line is closed.
     fn longest_steps(&self) -> LongestSteps {
         let of_waves = self.hose.longest_steps();
         self.restriction.as_ref().map_or(of_waves, |restriction| {

@@ -1,8 +1,8 @@
 //! A double-acting pneumatic cylinder with a friction-loaded carriage, fed by a 5/3 proportional valve or, on a second
 //! rig, by a pressure regulator with the other chamber plugged.
 //!
-//! Chamber A (cap side, full bore) pushes the carriage to +x; chamber B is the rod side. The equations are those of
-//! the rooms [`pneumatics`](crate::pneumatics), [`mechanics`](crate::mechanics) and [`friction`](crate::friction);
+//! Chamber A (cap side, full bore) pushes the carriage to +x; chamber B is the rod side. The equations come from
+//! the modules [`pneumatics`](crate::pneumatics), [`mechanics`](crate::mechanics) and [`friction`](crate::friction);
 //! this file joins them:
 //!
 //! ```text
@@ -10,7 +10,7 @@
 //! m*dv/dt = F_app - F_f,   dx/dt = v
 //! ```
 //!
-//! `A_r` is what the rods leave of the areas: that of the rod less that of a second one through chamber A.
+//! `A_r` is the cross-section of the rod, less the cross-section of a second rod through chamber A.
 
 mod cylinder;
 mod ends;

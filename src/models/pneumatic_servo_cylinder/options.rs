@@ -113,7 +113,7 @@ fn throttle(reference: u32, chamber: &str) -> Variable {
 }
 
 impl Options {
-    /// Whether any equation differs from those of a cylinder without options.
+    /// Whether any equation differs from the plain cylinder's, which has no options.
     pub fn are_used(&self) -> bool {
         let Self { counts_supply, spring_stiffness, kappa_difference, waviness, .. } = *self;
         let [restrictions_a, restrictions_b] = [self.throttle_a, self.throttle_b];

@@ -7,7 +7,7 @@ use crate::pneumatics::chamber::ThermalModel;
 use crate::variables::{Fixed, ParameterError, Tunable, Variable, units};
 
 parameters! {
-    /// The parameters of the rig; those of the friction law and of the solver follow in the table.
+    /// The parameters of the rig; the friction law's and the solver's follow in the table.
     Parameters {
         bore: Fixed = Variable::parameter(1001, "cylinder.bore", units::METRE, 0.016).range(1e-4, 1.0).shown_in("mm")
             .text("Bore diameter");

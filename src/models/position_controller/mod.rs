@@ -11,8 +11,8 @@
 //! u' = u*(1 - d) + d*R*sgn(u)                         with the valve's dead zone d, both signs joined by a line
 //! ```
 //!
-//! The voltage is held until the next sample. It answers the inputs of the sample before, as that of a digital
-//! controller does, so that a loop with the plant is no algebraic one.
+//! The voltage is held until the next sample. It follows from the inputs one sample earlier,
+//! as in a digital controller, so that the loop with the plant is not algebraic.
 
 use std::any::TypeId;
 use std::f64::consts::PI;
@@ -53,12 +53,12 @@ pub const MODEL: Model = Model {
             },
             Signal {
                 input: "position",
-                text: "that of a carriage 20 ms behind the reference",
+                text: "position of a carriage 20 ms behind the reference",
                 course: Course::Sine { mean: 0.25, amplitude: 0.1, frequency: 0.5, delay: 0.02 },
             },
             Signal {
                 input: "velocity",
-                text: "that of the same carriage",
+                text: "velocity of the same carriage",
                 course: Course::Sine { mean: 0.0, amplitude: 0.1 * PI, frequency: 0.5, delay: 0.02 - 0.5 },
             },
         ],

@@ -138,7 +138,7 @@ enumeration! {
 }
 
 parameters! {
-    /// The parameters of the system; those of the friction law and of the solver follow in the table.
+    /// The parameters of the system; the friction law's and the solver's follow in the table.
     Parameters {
         form: Form = Variable::choice(1001, "form", Form::Dimensional)
             .text("Which parameters describe the system; in the dimensionless form all variables are numbers without the units shown");

@@ -62,7 +62,7 @@ outputs! {
         rate_a = rate(0, "switching.openingA");
         rate_b = rate(1, "switching.openingB");
         duty = Variable::output(234, "switching.duty", units::ONE).local().nominal(1.0)
-            .depends_on(&[]).text("Duty cycle of the present pulse of the valve that feeds chamber A, less that of the other; 0 on another rig");
+            .depends_on(&[]).text("Duty cycle of the present pulse: the valve that feeds chamber A minus the valve that feeds chamber B; 0 on another rig");
     }
 }
 
@@ -95,9 +95,9 @@ fn rate(valve: usize, name: &str) -> Variable {
 /// and of a period is a point in time that the solver meets exactly.
 ///
 /// # Validity
-/// The effective areas grow linearly with the time of opening. Without delays and travel the mean flow of fast pulses is
-/// that of a proportional valve of the opening `|u|`; a delay and a travel that are the same both ways shift the pulses
-/// and leave their mean, as long as the pulses are longer than both.
+/// The effective areas grow linearly with the time of opening. Without delays and travel the mean flow of fast pulses equals
+/// the flow of a proportional valve of the opening `|u|`; a delay and a travel that are the same both ways shift the pulses
+/// and keep their mean, as long as the pulses are longer than both.
 #[derive(Clone, Debug)]
 pub struct SwitchingValves {
     driver: Driver,

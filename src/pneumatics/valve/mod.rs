@@ -381,7 +381,7 @@ mod tests {
         assert_eq!(play(0.2, 0.1), 0.11);
     }
 
-    /// At rest against the play the derivative is that of the side that was pushed; inside the play it is 0.
+    /// At rest at an end of the play the derivative belongs to the side that was pushed; inside the play it is 0.
     #[test]
     fn play_has_the_derivative_of_the_side_that_is_pushed() {
         let slope =

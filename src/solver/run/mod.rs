@@ -74,7 +74,7 @@ pub struct Run<H: System<U>, const N: usize, const U: usize, S: Varying = Real> 
     counters: Counters,
     balance: Balance,
     linearisation: Linearisation<N, S>,
-    /// Whether the linearisation is that of the present states, memory and inputs.
+    /// Whether the linearisation belongs to the present states, memory and inputs.
     is_linearised: bool,
     /// Strides of explicit steps.
     strides: Strides<S>,
@@ -89,13 +89,13 @@ pub struct Run<H: System<U>, const N: usize, const U: usize, S: Varying = Real> 
     /// Size in s of the step that met the kink on which the next one is to end; 0 if none is to.
     beyond: f64,
     /// The inputs at the end of an explicit step that has just been accepted, if the derivatives of the linearisation
-    /// are those of that point: the next step may start from them.
+    /// belong to that point: the next step may start from them.
     arrived_with: Option<[S; U]>,
     /// Indicators at the present states, memory and inputs.
     indicators: H::Indicators<S>,
     /// Whether states and memory have followed the present inputs.
     is_settled: bool,
-    /// Whether the indicators are those of the present inputs, once the memory has followed these.
+    /// Whether the indicators belong to the present inputs, once the memory has followed these.
     indicators_hold: bool,
     /// The event that is at its limit here, and happens within the step tried last.
     leaving: Option<usize>,
@@ -320,7 +320,7 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
     /// Integrates to `end`.
     ///
     /// # Errors
-    /// [`StepError`] when `end` cannot be reached; the state is then that of the last accepted step.
+    /// [`StepError`] when `end` cannot be reached; the run then stays at the last accepted step.
     pub fn advance(&mut self, end: f64) -> Result<(), StepError> {
         self.last_event = None;
         if end > self.time {
@@ -424,8 +424,8 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
         }
     }
 
-    /// Derivatives here and at the end of a step: those of the linearisation and of the stages may lack the states that have a
-    /// closed form.
+    /// Derivatives here and at the end of a step, of all states: in the linearisation and in the stages, states with a closed form
+    /// may be missing.
     fn slopes(&self, end_time: f64, end: &[f64; N]) -> [[f64; N]; 2] {
         let slope = |time: f64, x: &[S; N]| {
             values(&self.system.derivatives(S::of(time), x, &self.inputs.at(time), &self.memory))

@@ -1,6 +1,6 @@
-//! Runs in numbers with slopes: how later instants of events and kinks within steps act on them.
+//! Runs in numbers with slopes: the effect on the slopes of event instants, and of non-smooth points within steps.
 //!
-//! The steps of such a run are those of a plain one, with the same bits, and its slopes are those of the scheme with all adaptive
+//! The steps of such a run are the steps of a plain run, with the same bits; its slopes are derivatives of the scheme with all adaptive
 //! choices held (internal numerical differentiation; Bock, 1981). At an event with the indicator `g`, at rates `f-` before and `f+`
 //! behind it, with the change `switch` (the saltation rule):
 //!
@@ -91,7 +91,7 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
         }
     }
 
-    /// The present time, which may be that of an event.
+    /// The present time, with slopes at an event whose instant varies.
     #[inline(always)]
     pub(super) fn now(&self) -> S {
         S::with(self.time, self.late)
@@ -213,8 +213,8 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
         }
     }
 
-    /// The states at the end of a step with slopes that are accurate, where those of the step are not: the step control has
-    /// seen values alone, and within a smooth piece slopes have the order of the method. Nothing where they are.
+    /// The states at the end of a step with accurate slopes; nothing where the slopes of the step are accurate already. The step
+    /// control has seen values alone, and within a smooth piece slopes have the order of the method.
     #[inline(always)]
     pub(super) fn refined(&mut self, h: f64, end_time: f64, end: &[S; N]) -> Option<[S; N]> {
         if !S::VARIES || !self.settings.is_adaptive() {
@@ -246,8 +246,8 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
         self.crossings.last().is_some_and(|crossing| crossing.time == self.time)
     }
 
-    /// The states at an event at the end of a step of a size in s, with the slopes there: those of the trial steps that have located
-    /// the event are of other instants, or of stages that look behind it.
+    /// The states at an event at the end of a step of a size in s, with the slopes there. The trial steps that located the event have
+    /// slopes at other instants, or from stages behind the event.
     #[cold]
     pub(super) fn at_event(&mut self, h: f64, end: [S; N]) -> [S; N] {
         let end_time = self.time + h;
@@ -281,7 +281,7 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
             let to = if piece < MOST_KINKS { self.first_kink_behind(&path, from).unwrap_or(1.0) } else { 1.0 };
             let beside = [from > 0.0 || self.is_behind_event(), to < 1.0 || ends_on_event];
             let reached = self.smooth_piece(h, [from, to], beside, &x, None)?.end;
-            // Behind a kink the equations are those of its other side.
+            // Behind a kink the equations of its other side hold.
             let there = if to < 1.0 { self.between(&path, to) } else { ended };
             x = array(|i| S::with(there[i], reached[i].slopes()));
             from = to;

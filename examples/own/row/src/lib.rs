@@ -32,7 +32,7 @@ use catalogue::Friction;
 /// Number of blocks.
 const BLOCKS: usize = 2;
 
-/// The largest number of states of a law in a contact: that of GMS by default. Each more costs time in all runs.
+/// The largest number of states of a law in a contact: 4, as GMS has by default. Each more costs time in all runs.
 const ROOM: usize = 4;
 
 /// Value reference from which the states of the contact of a block count.
@@ -41,7 +41,7 @@ const fn contact(block: usize) -> u32 {
 }
 
 states! {
-    /// The states of the model itself. Those of the friction laws come before them.
+    /// The states of the model itself. Friction states come before them.
     State of Parameters {
         Drive: 100, |_| 1e-3;
         Position[2 step 10]: 101, |_| 1e-4;
@@ -85,7 +85,7 @@ parameters! {
     }
 }
 
-/// The parameters of the model and those of the law of all contacts.
+/// The parameters of the model, and of the law of all contacts.
 type All = (Parameters, ContactLaw<Friction, 1007>);
 
 /// The equations for given parameters.

@@ -33,8 +33,8 @@ class Balance(Experiment):
     ```
 
     `W` is a weighted mean over four widths, a cubic B-spline, and `W''` the same mean of the acceleration, after two
-    integrations by parts: nothing is differentiated (M. Shinbrot's modulating functions). Friction is that of the law
-    along the measured motion, with all that it remembers, so that no record is cut, errors of the force do not add up,
+    integrations by parts: nothing is differentiated (M. Shinbrot's modulating functions). Friction follows the law
+    along the measured motion, with its history, so that no record is cut, errors of the force do not add up,
     and the search has few local minima. The noise of the position passes into the friction: what is found is a start.
     """
 
@@ -109,7 +109,7 @@ class Balance(Experiment):
     def predict(self, window: Window, outputs: Mapping[str, Array], values: Values) -> dict[str, Array]:
         """Return what the balance lacks, turned, so that it is simulated.
 
-        Friction is that of the middle of each step: at its ends the velocity leaps, and damping with it.
+        Friction is taken in the middle of each step: at its ends the velocity leaps, and damping with it.
         """
         applied = self.inner.applied(_steps(window), values)
         step, position = 2.0 * window.record.step, self.inner.true("position", window.driven["position"], values)

@@ -20,7 +20,7 @@ GRAVITY = 9.80665
 
 
 class OfCylinder(Experiment):
-    """An experiment whose parameters are those of PneumaticServoCylinder."""
+    """An experiment with the parameters of PneumaticServoCylinder."""
 
     def make_table(self) -> Model:
         """Return the cylinder."""

@@ -70,7 +70,7 @@ class Force(Pushed):
 
     @property
     def unknown(self) -> tuple[str, ...]:
-        """The mass, since that of the bench says nothing of anybody's machine, and what makes a force of a current."""
+        """The mass, as the bench's default says nothing of a machine, and the gain from current to force."""
         return ("mass",) if self.units.of_gain("force") == "1" else ("mass", "gain.force")
 
     @property

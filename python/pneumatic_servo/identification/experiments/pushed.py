@@ -48,7 +48,7 @@ class Pushed(Experiment):
         return np.where(resting[at], 0.0, np.sign(self.pace * speed))
 
     def directed(self, level: Array, window: Window, values: Values) -> Array:
-        """Return a load level with the factor by direction: that of the motion, at rest that of the applied force."""
+        """Return a load level with the factor by direction: of the motion, or at rest of the applied force."""
         factor = self.beside_value(FACTOR, values, 1.0)
         if factor == 1.0:
             return level
