@@ -101,7 +101,11 @@ impl Host {
         let again = self.model.update().expect("an update");
         assert!(!again.changes_states, "a second update at {time} s changes states");
         self.next_time_event = again.next_time_event.unwrap_or(f64::INFINITY);
-        assert!(self.next_time_event > time, "the next time event is at {} s, not after {time} s", self.next_time_event);
+        assert!(
+            self.next_time_event > time,
+            "the next time event is at {} s, not after {time} s",
+            self.next_time_event
+        );
     }
 
     /// Puts the model at a point.
