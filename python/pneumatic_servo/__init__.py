@@ -26,11 +26,11 @@ from pneumatic_servo.linear import Linearisation
 from pneumatic_servo.model import Model, models
 from pneumatic_servo.playground import play
 from pneumatic_servo.run import Run, Runs
+from pneumatic_servo.run_errors import Interrupted, SimulationError
 from pneumatic_servo.sensitivities import Crossing, Gradient, Sensitivities, Transition
 from pneumatic_servo.simulation import SavedState, Simulation, transitions
 from pneumatic_servo.ssv import read_ssv
 from pneumatic_servo.trim import TrimError
-from pneumatic_servo.unfinished import Interrupted, SimulationError
 from pneumatic_servo.variables import Unit, Value, Variable, Variables
 
 if _TYPE_CHECKING:

@@ -17,8 +17,8 @@ from pneumatic_servo.errors import warn
 from pneumatic_servo.grid import Grid
 from pneumatic_servo.model_description import ModelDescription
 from pneumatic_servo.names import did_you_mean
+from pneumatic_servo.run_errors import SimulationError
 from pneumatic_servo.simulation import Simulation
-from pneumatic_servo.unfinished import SimulationError
 from pneumatic_servo.variables import Value, Variables
 
 Array = NDArray[np.float64]

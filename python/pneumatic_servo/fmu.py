@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pneumatic_servo.names import did_you_mean
-from pneumatic_servo.unfinished import SimulationError
+from pneumatic_servo.run_errors import SimulationError
 from pneumatic_servo.variables import Description, Value
 
 OWN = "a module of the crate behind the FMU has them: python_module! in docs/own-packing.md"

@@ -32,11 +32,11 @@ from pneumatic_servo.many import Done, Work, check_same, unfinished
 from pneumatic_servo.model_description import ModelDescription
 from pneumatic_servo.names import did_you_mean
 from pneumatic_servo.run import COUNTS, Run, Runs
+from pneumatic_servo.run_errors import Interrupted, SimulationError
 from pneumatic_servo.sensitivities import Replay, Sensitivities
 from pneumatic_servo.simulation import Simulation
 from pneumatic_servo.ssv import read_ssv
 from pneumatic_servo.tasks import available_cores
-from pneumatic_servo.unfinished import Interrupted, SimulationError
 from pneumatic_servo.variables import Value, Variables
 
 

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pneumatic_servo.model_description import ModelDescription
+from pneumatic_servo.run_errors import SimulationError
 from pneumatic_servo.simulation import SavedState, Simulation
-from pneumatic_servo.unfinished import SimulationError
 from pneumatic_servo.variables import Value
 
 Array = NDArray[np.float64]

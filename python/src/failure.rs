@@ -12,7 +12,7 @@ mod exceptions {
     pyo3::import_exception!(pneumatic_servo.errors, NoDerivative);
 }
 pyo3::import_exception!(pneumatic_servo.errors, Refused);
-pyo3::import_exception!(pneumatic_servo.unfinished, SimulationError);
+pyo3::import_exception!(pneumatic_servo.run_errors, SimulationError);
 
 /// A variable or value that cannot be accepted: `ValueError`, with the plant's own words.
 pub fn refused(error: impl Display) -> PyErr {

@@ -1,6 +1,6 @@
 //! The catalogue of actuators: valves and regulators that feed the chambers of a cylinder on a voltage, or on one for each chamber.
 
-pub use super::actuating::{
+pub use super::actuation::{
     ACTUATION, Actuating, Commands, FLOW, Ports, STATES, SUPPLY, VOLTAGE, VOLTAGE_A, VOLTAGE_B,
 };
 use super::{regulator, switching, two_regulators, two_valves, valve};
@@ -239,8 +239,8 @@ macro_rules! actuator_items {
                     of_actuator!(self, memory, |actuator, memory| actuator.stays_in_piece::<S>(ends, commands, memory, step))
                 }
                 #[inline(always)]
-                fn is_hasty<S: Varying>(&self, memory: &Memory<S>) -> bool {
-                    of_actuator!(self, memory, |actuator, memory| actuator.is_hasty::<S>(memory))
+                fn is_fast<S: Varying>(&self, memory: &Memory<S>) -> bool {
+                    of_actuator!(self, memory, |actuator, memory| actuator.is_fast::<S>(memory))
                 }
                 #[inline(always)]
                 fn follow<S: Varying>(&self, commands: Commands<S>, memory: &mut Memory<S>) {

@@ -1,6 +1,6 @@
 //! States that follow commands with a lag of first order.
 
-use super::actuating::{BEND_WEIGHT, SHORT, STATES, simpson_middle};
+use super::actuation::{BEND_WEIGHT, SHORT, STATES, simpson_middle};
 use crate::numbers::{Scalar, Tangent, Varying};
 use crate::system::{Led, Stride};
 
@@ -36,7 +36,7 @@ impl Lag {
         S::along(-0.5 * step / self.time_constant).exp()
     }
 
-    /// These shares of two states, as [`Actuating::half`](super::actuating::Actuating::half).
+    /// These shares of two states, as [`Actuating::half`](super::actuation::Actuating::half).
     pub fn half<S: Varying>(&self, step: f64) -> [[S; STATES]; STATES] {
         let left = self.left(step);
         [[left, S::zero()], [S::zero(), left]]

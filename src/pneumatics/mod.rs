@@ -1,6 +1,6 @@
 //! Compressed air: gas properties, orifices, proportional valves, pressure regulators, switching valves, hoses and the chambers.
 
-mod actuating;
+mod actuation;
 pub mod actuator;
 #[doc(hidden)]
 pub mod chamber;

@@ -1,6 +1,6 @@
 //! The electronic pressure regulator of the rig with a plugged chamber.
 
-use super::actuating::{Actuating, Commands, Ports, STATES, SUPPLY, VOLTAGE};
+use super::actuation::{Actuating, Commands, Ports, STATES, SUPPLY, VOLTAGE};
 use super::gas::GasState;
 use super::lag::Lag;
 use super::orifice::{Inflow, Orifice, is_above, piece};
@@ -184,7 +184,7 @@ impl Actuating for PressureRegulator {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::pneumatics::actuating::BEND_WEIGHT;
+    use crate::pneumatics::actuation::BEND_WEIGHT;
     use crate::variables::{ParameterSet, Tunable};
 
     /// The lag has the solution `p = p_c + (p_0 - p_c)*exp(-t/tau)`, whose mean over a step of `tau` is

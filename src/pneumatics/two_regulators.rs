@@ -1,6 +1,6 @@
 //! Two pressure regulators, one for each chamber, each with a command of its own.
 
-use super::actuating::{Actuating, Commands, Ports, STATES, SUPPLY, VOLTAGE_A, VOLTAGE_B};
+use super::actuation::{Actuating, Commands, Ports, STATES, SUPPLY, VOLTAGE_A, VOLTAGE_B};
 use super::gas::GasState;
 use super::orifice::{Inflow, Orifice, is_above, piece};
 use super::regulator::Regulator;

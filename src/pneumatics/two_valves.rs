@@ -1,6 +1,6 @@
 //! Two 3/2 proportional valves, one for each chamber, each with a command of its own.
 
-use super::actuating::{Actuating, Commands, Ports, STATES, SUPPLY, VOLTAGE_A, VOLTAGE_B};
+use super::actuation::{Actuating, Commands, Ports, STATES, SUPPLY, VOLTAGE_A, VOLTAGE_B};
 use super::gas::GasState;
 use super::lag::Lag;
 use super::orifice::{Inflow, edge_pieces, is_above};

@@ -12,11 +12,11 @@ import pytest
 from bounds import assert_close
 from numpy.typing import NDArray
 from pneumatic_servo.identification.condition_prediction import (
-    Left,
-    _foretold,
+    SegmentResiduals,
     _likelihood,
     _measured,
     _noise,
+    _predicted,
     _quantile,
     _Seen,
 )
@@ -30,9 +30,9 @@ from scipy.stats import t as student
 Array = NDArray[np.float64]
 
 
-def left(residuals: Array, derivatives: Array) -> Left:
+def left(residuals: Array, derivatives: Array) -> SegmentResiduals:
     """Residuals of windows, in units of the noise."""
-    return Left({}, np.ones(len(residuals)), residuals, derivatives, np.zeros((len(residuals), 0)))
+    return SegmentResiduals({}, np.ones(len(residuals)), residuals, derivatives, np.zeros((len(residuals), 0)))
 
 
 @pytest.mark.parametrize("level", [0.025, 0.5, 0.975])
@@ -99,7 +99,7 @@ def test_error_of_a_law_is_told_only_by_conditions_that_it_cannot_follow(apart: 
     factors = np.column_stack([np.repeat([1.0, 0.0], 100), np.repeat([0.0, 1.0], 100)])
     stretches = np.repeat(np.arange(20), 10)
     found = left(0.01 * rng.standard_normal(200), slopes)
-    *_, spread = _foretold(found, factors, stretches, np.array([1.0, 0.0]), [], 0.2)
+    *_, spread = _predicted(found, factors, stretches, np.array([1.0, 0.0]), [], 0.2)
     assert bool(np.isfinite(spread)) is is_told
 
 

@@ -17,7 +17,7 @@ from pneumatic_servo.argument_names import ON_COMMAND_LINE
 from pneumatic_servo.cli import compare, configure, fit, fmu, linearise, plan, play, series, simulate, variables
 from pneumatic_servo.errors import MissingPackage, NotConverged, PlantWarning
 from pneumatic_servo.files import is_standard_output
-from pneumatic_servo.unfinished import SimulationError
+from pneumatic_servo.run_errors import SimulationError
 
 COMMANDS = [simulate, compare, linearise, configure, fit, series, plan, variables, fmu, play]
 """Each has `NAME`, `add(parser)` and `run(options)`; its docstring is its help."""

@@ -22,7 +22,7 @@ from pneumatic_servo.cli.common import (
 )
 from pneumatic_servo.files import write
 from pneumatic_servo.run import Run
-from pneumatic_servo.unfinished import Interrupted, SimulationError
+from pneumatic_servo.run_errors import Interrupted, SimulationError
 
 NAME = "simulate"
 

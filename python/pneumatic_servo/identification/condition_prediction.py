@@ -49,7 +49,7 @@ WIDE = 3.0
 
 
 @dataclass(frozen=True)
-class Foretold:
+class FrictionPrediction:
     """Mean friction of a condition in N: as the other conditions predict it, and as measured, with 95 % intervals."""
 
     predicted: float
@@ -80,12 +80,12 @@ class Foretold:
 
 
 @dataclass(frozen=True)
-class Left:
+class SegmentResiduals:
     """Residuals of some windows, and the derivatives that could reduce them.
 
     Attributes
     ----------
-    rests : dict
+    by_signal : dict
         Residuals by signal, in SI units, with optimal start values of the windows.
     weights : ndarray of shape (samples,)
         Factors that convert a difference to units of the noise.
@@ -97,14 +97,14 @@ class Left:
         Derivatives by start values.
     """
 
-    rests: dict[str, Array]
+    by_signal: dict[str, Array]
     weights: Array
     residuals: Array
     derivatives: Array
     basis: Array
 
     @staticmethod
-    def of(problem: Problem, x: Array) -> Left:
+    def of(problem: Problem, x: Array) -> SegmentResiduals:
         """Return it for the windows of a problem at a vector."""
         slopes, differences = sensitivities(problem, x)
         weights = problem.by_sensor(Sensor.weights, differences)
@@ -114,7 +114,7 @@ class Left:
         residuals = np.nan_to_num(differences) * weights
         residuals = residuals - basis @ (basis.T @ residuals)
         own = every[:, :count] - basis @ (basis.T @ every[:, :count])
-        return Left(_by_signal(problem, residuals / weights), weights, residuals, own, basis)
+        return SegmentResiduals(_by_signal(problem, residuals / weights), weights, residuals, own, basis)
 
     def without(self, column: Array) -> Array:
         """Return a column without what beginnings can do."""
@@ -131,16 +131,16 @@ def _by_signal(problem: Problem, stacked: Array) -> dict[str, Array]:
     return {signal: np.concatenate(own) for signal, own in parts.items()}
 
 
-def _of_factor(problem: Problem, x: Array, left: Left) -> Array:
+def _of_factor(problem: Problem, x: Array, left: SegmentResiduals) -> Array:
     """Return how residuals change with the logarithm of all friction, in units of the noise."""
     up, down = (replace(problem, scale=problem.scale * np.exp(step)).stacked([x])[0] for step in (STEP, -STEP))
     return left.without(np.nan_to_num((down - up) / (2.0 * STEP)) * left.weights)
 
 
-def foretell(
-    training: Problem, x: Array, groups: Sequence[Sequence[int]], out: Problem, asked: Array, left: Left,
+def predict_friction(
+    training: Problem, x: Array, groups: Sequence[Sequence[int]], out: Problem, asked: Array, left: SegmentResiduals,
     law_error: float,
-) -> Foretold:  # fmt: skip
+) -> FrictionPrediction:  # fmt: skip
     """Predict friction of windows from others that are fitted, and measure it.
 
     Parameters
@@ -151,31 +151,31 @@ def foretell(
         Their places, condition by condition.
     out, asked : Problem, ndarray
         The validation windows, with the values estimated from the others and their start values.
-    left : Left
+    left : SegmentResiduals
         Residuals under these values.
     law_error : float
         Deviation of tau, before the data tell.
     """
-    fitted = Left.of(training, x)
+    fitted = SegmentResiduals.of(training, x)
     factors = _of_factor(training, x, fitted)
     counts = [window.fitted * len(training.experiment.compared) for window in training.windows]
     windows = np.repeat(np.arange(len(counts)), counts)
     own = np.column_stack([np.where(np.isin(windows, list(group)), factors, 0.0) for group in groups])
     mean, slope = _mean_friction(out, asked)
     sensors = _of_sensors(training)
-    middle, low, high, spread = _foretold(fitted, own, training.blocks(2 * STRETCHES), slope, sensors, law_error)
+    middle, low, high, spread = _predicted(fitted, own, training.blocks(2 * STRETCHES), slope, sensors, law_error)
     with np.errstate(over="ignore"):
         # Without information from the others, the upper end is as good as infinite.
         middle, low, high = (float(mean * np.exp(end)) for end in (middle, low, high))
     share, half = _measured(out, left, _of_factor(out, asked, left))
-    return Foretold(
+    return FrictionPrediction(
         middle, low, high,
         mean * (1.0 + share), mean * (1.0 + share - half), mean * (1.0 + share + half), spread,
     )  # fmt: skip
 
 
-def _foretold(
-    left: Left,
+def _predicted(
+    left: SegmentResiduals,
     factors: Array,
     blocks: NDArray[np.int64],
     slope: Array,
@@ -226,7 +226,7 @@ class _Seen:
     size: float
 
     @staticmethod
-    def of(left: Left, factor: Array) -> _Seen:
+    def of(left: SegmentResiduals, factor: Array) -> _Seen:
         """Return it, with the factor of all friction as the first direction."""
         inside = factor != 0.0
         own, slopes = factor[inside], left.derivatives[inside]
@@ -238,7 +238,7 @@ class _Seen:
         return _Seen(basis.T @ left.residuals[inside], basis.T @ slopes, size)
 
     @staticmethod
-    def level(left: Left, factor: Array, sensors: Sequence[int]) -> _Seen:
+    def level(left: SegmentResiduals, factor: Array, sensors: Sequence[int]) -> _Seen:
         """Return friction as a whole alone, as far as no sensor could make it look so."""
         inside = factor != 0.0
         own, slopes = factor[inside], left.derivatives[inside]
@@ -315,7 +315,7 @@ def _means(problem: Problem, x: Array) -> float:
     return total / number
 
 
-def _measured(problem: Problem, left: Left, factor: Array) -> tuple[float, float]:
+def _measured(problem: Problem, left: SegmentResiduals, factor: Array) -> tuple[float, float]:
     """Return by which share friction is measured to be more than simulated, and half the interval of it.
 
     What sensors do, and an area that a pressure pushes on, is found along with it: they are none of the law.

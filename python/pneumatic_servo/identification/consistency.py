@@ -46,8 +46,8 @@ def compare(experiment: Experiment, windows: Sequence[Window]) -> None:
         force = np.concatenate([_grid(experiment, window, signal) for window in windows])
         if _share(force, speed, step) < AGAINST:
             warn(
-                f"{signal} works against friction: it gives back more energy than it takes over a cycle; is its sign or "
-                f"the sign of the motion turned? A minus before a column turns it, {signal}=-column"
+                f"{signal} works against friction: it gives back more energy than it takes over a cycle; is its sign "
+                f"or the sign of the motion turned? A minus before a column turns it, {signal}=-column"
             )
 
 

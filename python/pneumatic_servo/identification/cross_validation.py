@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from pneumatic_servo.figures import BLUE, STYLE, VERMILION, WIDTH, Drawing
 from pneumatic_servo.files import write_csv
-from pneumatic_servo.identification.condition_prediction import Foretold, Left, foretell
+from pneumatic_servo.identification.condition_prediction import FrictionPrediction, SegmentResiduals, predict_friction
 from pneumatic_servo.identification.conditions import Condition
 from pneumatic_servo.identification.experiments import Experiment
 from pneumatic_servo.identification.problem import Problem
@@ -47,7 +47,7 @@ class Case:
         Number of its samples.
     rms, fitted : dict
         RMS residual of each signal in it, predicted and fitted, in SI units.
-    friction : Foretold or None
+    friction : FrictionPrediction or None
         Friction; None for experiments that do not tell it alone (``rig``, ``pneumatic``).
     beyond : tuple of str
         In which respects it lies beyond all others.
@@ -57,7 +57,7 @@ class Case:
     samples: int
     rms: dict[str, float]
     fitted: dict[str, float]
-    friction: Foretold | None
+    friction: FrictionPrediction | None
     beyond: tuple[str, ...]
 
     @property
@@ -204,20 +204,20 @@ def cross_validate(
         found = refine(training, start, loss).x
         out, theirs = _of_windows(problem, x, group.windows)
         asked = np.concatenate([found[: len(problem.free)], theirs[len(problem.free) :]])
-        left = Left.of(out, asked)
-        rms, along = _rms(left), _rms(Left.of(out, theirs))
+        left = SegmentResiduals.of(out, asked)
+        rms, along = _rms(left), _rms(SegmentResiduals.of(out, theirs))
         same = _of_others(others, groups, group)
         beyond = Ranges.of(training, found).beyond(asked_of(out, asked))
         friction = None
         if _tells_friction(problem.experiment):
-            friction = foretell(training, found, same, out, asked, left, law_error)
+            friction = predict_friction(training, found, same, out, asked, left, law_error)
         samples = sum(window.fitted for window in out.windows)
         cases.append(Case(group, samples, rms, along, friction, tuple(beyond.values())))
     return CrossValidation(tuple(cases), problem.experiment.units)
 
 
-def _rms(left: Left) -> dict[str, float]:
-    return {signal: float(np.sqrt(np.mean(rest**2))) for signal, rest in left.rests.items()}
+def _rms(left: SegmentResiduals) -> dict[str, float]:
+    return {signal: float(np.sqrt(np.mean(rest**2))) for signal, rest in left.by_signal.items()}
 
 
 def _tells_friction(experiment: Experiment) -> bool:

@@ -26,7 +26,7 @@ from pneumatic_servo.identification.records import Record
 from pneumatic_servo.identification.result import Fit
 from pneumatic_servo.identification.sensor import Sensor
 from pneumatic_servo.identification.solve import ROUGH, refine
-from pneumatic_servo.unfinished import Interrupted
+from pneumatic_servo.run_errors import Interrupted
 
 Array = NDArray[np.float64]
 

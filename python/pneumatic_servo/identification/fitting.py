@@ -35,7 +35,7 @@ from pneumatic_servo.identification.watch import Told, Watch, told
 from pneumatic_servo.identification.whole_records import from_balance
 from pneumatic_servo.model import Model, Parameters
 from pneumatic_servo.names import did_you_mean, renamed
-from pneumatic_servo.unfinished import Interrupted
+from pneumatic_servo.run_errors import Interrupted
 from pneumatic_servo.units import has_unit
 from pneumatic_servo.variables import Value
 

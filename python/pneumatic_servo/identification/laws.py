@@ -20,7 +20,7 @@ from pneumatic_servo.identification.parameters import named_by, split, usual
 from pneumatic_servo.identification.result import Fit
 from pneumatic_servo.identification.signals import told_units
 from pneumatic_servo.run import table
-from pneumatic_servo.unfinished import Interrupted
+from pneumatic_servo.run_errors import Interrupted
 
 COLUMNS = ["law", "converged", "free", "rms", "hold-out rms", "AIC"]
 

@@ -28,8 +28,8 @@ from pneumatic_servo.identification.signals import SIGNALS
 from pneumatic_servo.identification.solve import jacobian
 from pneumatic_servo.model import Parameters
 from pneumatic_servo.names import did_you_mean
+from pneumatic_servo.run_errors import Interrupted
 from pneumatic_servo.tasks import cancel
-from pneumatic_servo.unfinished import Interrupted
 
 Array = NDArray[np.float64]
 

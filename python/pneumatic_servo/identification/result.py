@@ -24,8 +24,8 @@ from pneumatic_servo.identification.suspects import Suspect, suspect
 from pneumatic_servo.identification.verdict import Verdict, verdict
 from pneumatic_servo.names import renamed, tell_renamed
 from pneumatic_servo.run import Run, table
+from pneumatic_servo.run_errors import SimulationError
 from pneumatic_servo.ssv import ssv
-from pneumatic_servo.unfinished import SimulationError
 
 
 @dataclass(frozen=True)

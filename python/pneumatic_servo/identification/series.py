@@ -30,7 +30,7 @@ from pneumatic_servo.identification.parameters import Free, split
 from pneumatic_servo.identification.problem import Problem
 from pneumatic_servo.identification.result import Fit
 from pneumatic_servo.identification.solve import jacobian
-from pneumatic_servo.unfinished import Interrupted
+from pneumatic_servo.run_errors import Interrupted
 
 Array = NDArray[np.float64]
 

@@ -438,7 +438,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool, const U: usize> System<
         };
         Hints {
             explicit: self.explicit.as_ref().map(longest),
-            is_fast: EXTENDED && self.actuator.is_hasty::<S>(&memory.actuator),
+            is_fast: EXTENDED && self.actuator.is_fast::<S>(&memory.actuator),
             is_chain: EXTENDED && self.lines.are_used(),
         }
     }

@@ -2,7 +2,7 @@
 
 mod pulses;
 
-use super::actuating::{Actuating, Commands, Ports, STATES, SUPPLY};
+use super::actuation::{Actuating, Commands, Ports, STATES, SUPPLY};
 use super::gas::GasState;
 use super::orifice::{Inflow, edge_pieces};
 use super::valve::{Edges, Port};
@@ -179,7 +179,7 @@ impl Actuating for SwitchingValves {
         edge_pieces([ports.supply_pressure, Real::along(ports.exhaust_pressure)], pressures)
     }
 
-    fn is_hasty<S: Varying>(&self, memory: &Memory<S>) -> bool {
+    fn is_fast<S: Varying>(&self, memory: &Memory<S>) -> bool {
         memory.is_moving()
     }
 

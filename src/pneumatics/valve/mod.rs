@@ -5,7 +5,7 @@ mod parameters;
 
 use std::f64::consts::{PI, TAU};
 
-use super::actuating::{Actuating, BEND_WEIGHT, Commands, Ports, SHORT, STATES, SUPPLY, VOLTAGE, simpson_middle};
+use super::actuation::{Actuating, BEND_WEIGHT, Commands, Ports, SHORT, STATES, SUPPLY, VOLTAGE, simpson_middle};
 use super::gas::GasState;
 use super::orifice::{Inflow, edge_pieces};
 use crate::numbers::{Pair, Real, Scalar, Tangent, Varying};

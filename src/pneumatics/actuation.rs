@@ -150,7 +150,7 @@ pub trait Actuating: Clone + std::fmt::Debug + Send + Sync + Sized + 'static {
 
     /// Whether it opens or closes now, at a rate that may fill a step: the flow then follows a higher power of the time than
     /// the error estimate of explicit steps sees.
-    fn is_hasty<S: Varying>(&self, _memory: &Self::Memory<S>) -> bool {
+    fn is_fast<S: Varying>(&self, _memory: &Self::Memory<S>) -> bool {
         false
     }
 

@@ -1,4 +1,4 @@
-"""Work that came to an end too early, and what was finished until then."""
+"""Errors of runs that ended too early, with the part that was finished."""
 
 from __future__ import annotations
 
