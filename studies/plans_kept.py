@@ -26,7 +26,7 @@ from pneumatic_servo.figures import BLUE, GREY, STYLE, VERMILION, WIDTH, Drawing
 from pneumatic_servo.files import write_csv
 from synthetic_rig import COMMON, LAWS, NOISES, STEP, SUPPLY, measured, truth
 
-COLUMNS = ["law", "experiment", "parameter", "true", "unit", "foretold (%)", "of the fits (%)", "of the values (%)",
+COLUMNS = ["law", "experiment", "parameter", "true", "unit", "predicted (%)", "of the fits (%)", "of the values (%)",
            "repetitions"]  # fmt: skip
 CHOSEN = ("Coulomb", "Stribeck", "LuGre")
 WITHIN = 0.25
@@ -84,16 +84,16 @@ def drawn(table: Sequence[Sequence[object]]) -> Figure:
         figure = Drawing(figsize=(WIDTH, 3.4), layout="constrained")
         axis = figure.subplots()
         labels = [f"{row[0]}: {_short(str(row[2]))}" for row in table]
-        foretold, fits, values = (np.array([float(str(row[place])) for row in table]) for place in (5, 6, 7))
+        predicted, fits, values = (np.array([float(str(row[place])) for row in table]) for place in (5, 6, 7))
         places = np.arange(len(labels))
         axis.axvspan(1.0 - WITHIN, 1.0 + WITHIN, color=GREY, alpha=0.25, label=f"within {100.0 * WITHIN:.0f} %")
         axis.axvline(1.0, color=GREY, lw=0.8)
-        axis.plot(fits / foretold, places, "o", color=BLUE, ms=5, label="mean interval of the fits")
-        axis.plot(values / foretold, places, "x", color=VERMILION, ms=5, label="1.96 standard deviations of the values")
+        axis.plot(fits / predicted, places, "o", color=BLUE, ms=5, label="mean interval of the fits")
+        axis.plot(values / predicted, places, "x", color=VERMILION, ms=5, label="1.96 standard deviations of the values")
         axis.set_yticks(places, labels)
         axis.invert_yaxis()
-        axis.set_xlim(0.5, max(1.8, 1.1 * float(np.max([fits / foretold, values / foretold]))))
-        axis.set_xlabel("achieved over foretold")
+        axis.set_xlim(0.5, max(1.8, 1.1 * float(np.max([fits / predicted, values / predicted]))))
+        axis.set_xlabel("achieved over predicted")
         axis.legend(loc="lower right", fontsize=7)
     return figure
 

@@ -254,9 +254,9 @@ def test_page_says_how_plans_were_kept() -> None:
     achieved = ("of the fits (%)", "of the values (%)")
     for row in rows:
         assert (
-            f"| `{row['parameter']}` | {row['foretold (%)']} | {' | '.join(row[name] for name in achieved)} |" in page
+            f"| `{row['parameter']}` | {row['predicted (%)']} | {' | '.join(row[name] for name in achieved)} |" in page
         )
-    intervals, values = ([float(row[name]) / float(row["foretold (%)"]) for row in rows] for name in achieved)
+    intervals, values = ([float(row[name]) / float(row["predicted (%)"]) for row in rows] for name in achieved)
     assert f"All {len(rows)} spreads are within 25 %" in page and all(0.75 < ratio < 1.25 for ratio in values)
     beyond = {row["parameter"]: ratio for row, ratio in zip(rows, intervals, strict=True) if abs(ratio - 1.0) > 0.25}
     assert {name: f"{ratio - 1.0:.0%}" for name, ratio in beyond.items()} == {"friction.stribeck.Fs": "32%"}

@@ -106,7 +106,7 @@ def test_plans_are_held_against_what_is_then_found(tmp_path: Path) -> None:
         "valve.C",
     ]
     # One second and the wider of two intervals: within a half.
-    assert all(0.75 < float(row["of the fits (%)"]) / float(row["foretold (%)"]) < 1.5 for row in rows)
+    assert all(0.75 < float(row["of the fits (%)"]) / float(row["predicted (%)"]) < 1.5 for row in rows)
     assert (tmp_path / "plans.png").stat().st_size > 10_000
 
 
