@@ -28,7 +28,7 @@
 //! | [`model_exchange`], [`co_simulation`] | a run under the solver of an importer, or under the library's |
 //! | [`model`] | a model built and run by name |
 //! | [`models`] | the models of this library |
-//! | [`prelude`] | items for a law, an actuator or a model of one's own |
+//! | [`prelude`] | items for a law, an actuator or a model of your own |
 //! | [`conformance`] | promises of every law and model, as checks for their tests |
 //!
 //! [`guide`] explains how to write, test and pack a law, an actuator or a model of your own.

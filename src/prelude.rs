@@ -1,4 +1,4 @@
-//! Imports for a friction law, an actuator or a model of one's own: `use pneumatic_servo::prelude::*;`.
+//! Imports for a friction law, an actuator or a model of your own: `use pneumatic_servo::prelude::*;`.
 //!
 //! | to write | implement | then |
 //! |---|---|---|

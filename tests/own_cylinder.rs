@@ -1,4 +1,4 @@
-//! A cylinder of one's own: other rods, a spring, an open chamber, friction that varies along the stroke.
+//! Options of the cylinder: other rods, a spring, an open chamber, friction that varies along the stroke.
 
 mod bounds;
 mod rig;

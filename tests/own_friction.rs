@@ -1,4 +1,4 @@
-//! Static friction of one's own contact: grown at rest, and with a load level of its own.
+//! Static friction that grows at rest, and with a load level of its own.
 
 mod bounds;
 mod rig;

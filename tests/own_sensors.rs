@@ -1,4 +1,4 @@
-//! Sensors of one's own rig: beside the quantities, and without a trace in the motion.
+//! Sensors of a rig: readings beside the quantities, without effect on the motion.
 
 mod bounds;
 mod rig;

@@ -1,4 +1,4 @@
-//! A valve of one's own: electrical zero, metering edges, characteristic.
+//! Settings of the valve: electrical zero, metering edges, characteristic.
 
 mod bounds;
 mod rig;

@@ -1,4 +1,4 @@
-//! Mistakes in the macros and tables of laws and models of one's own: the compiler refuses them, and says what is wrong.
+//! Mistakes in the macros and tables of users' laws and models: the compiler refuses them, and says what is wrong.
 //!
 //! Each file in `tests/refused` begins with what the message says. They are looked at in a crate of its own, as a stranger's is.
 

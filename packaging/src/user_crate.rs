@@ -189,7 +189,7 @@ fn ensure_promises(setup: &Setup) -> Result<()> {
     })
 }
 
-/// The items of choices that no model of the library has, such as friction laws of one's own.
+/// The items of choices that no model of the library has, such as friction laws of the user.
 fn own_items(model: &'static Model) -> impl Iterator<Item = (&'static Variable, &'static str)> {
     let choices = |model: &'static Model| {
         model.table().parameters().filter_map(|variable| match variable.kind {

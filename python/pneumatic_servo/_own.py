@@ -1,4 +1,4 @@
-"""Models of one's own: a module that a crate makes of them stands in the place of `pneumatic_servo._native`.
+"""Models of a user's crate, whose module stands in the place of `pneumatic_servo._native`.
 
 The module puts itself there when it is imported, and names itself in the environment for processes that are started.
 """

@@ -63,7 +63,7 @@ class Model(ModelDescription):
     ----------
     name : str or Path
         One of `models`, for example ``PneumaticServoCylinder``, or the file of an FMU 2.0 of this library: a model of
-        one's own. Its runs, steps, saved states and partial derivatives come from the FMU. It has no sensitivities,
+        your own. Its runs, steps, saved states and partial derivatives come from the FMU. It has no sensitivities,
         transitions, gradients and fits, which a module of its crate has (``docs/own-packing.md``).
 
     Attributes

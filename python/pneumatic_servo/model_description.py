@@ -42,7 +42,7 @@ class ModelDescription:
         self.stop, self.step = self._native.experiment
 
     def __setattr__(self, name: str, value: object) -> None:
-        # A class of one's own may have attributes of its own; here another one would do nothing.
+        # A user's class may have attributes of its own; here another one would do nothing.
         is_own = type(self).__module__.partition(".")[0] != __package__
         if not (is_own or name in KNOWN or name.startswith("_")):
             known = self.__dict__.get("variables")

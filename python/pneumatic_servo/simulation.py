@@ -106,7 +106,7 @@ class Simulation:
         return self._native.get(name)
 
     def __setattr__(self, name: str, value: object) -> None:
-        # A class of one's own may have attributes of its own; here another one would do nothing.
+        # A user's class may have attributes of its own; here another one would do nothing.
         if type(self).__module__.partition(".")[0] == __package__ and not name.startswith("_"):
             raise AttributeError(f"a simulation has no attribute {name}{self._meant(name)}")
         super().__setattr__(name, value)

@@ -1,4 +1,4 @@
-//! Models of one's own in the Python package.
+//! Models of a user's crate in the Python package.
 
 use std::sync::OnceLock;
 
@@ -16,7 +16,7 @@ pub fn all() -> impl Iterator<Item = &'static Model> {
     own.iter().copied().chain(others)
 }
 
-/// Makes an extension module of Python of a crate, through which the package `pneumatic_servo` has models of one's own.
+/// Makes a crate an extension module of Python, through which the package `pneumatic_servo` has the crate's models.
 ///
 /// ```ignore
 /// pneumatic_servo_python::python_module!(my_laws, &[&CYLINDER, &BENCH]);

@@ -71,7 +71,7 @@ pub fn run(setup: &Setup) {
     both_ways(setup, &Agreement::DEFAULT, still, duration(setup) / 50.0, 50);
 }
 
-/// Checks [`rates`], [`steps`] and [`repeats`], which take plain runs only: packing makes them under each law of one's own.
+/// Checks [`rates`], [`steps`] and [`repeats`], which take plain runs only: packing makes them under each law of the user.
 ///
 /// # Panics
 /// When a promise is not kept.

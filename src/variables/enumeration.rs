@@ -75,7 +75,7 @@ macro_rules! enumeration {
     };
 }
 
-/// Refuses lines of catalogues of one's own whose ids are the library's; lines that are none are left to what reads them.
+/// Refuses lines of a user's catalogue with ids of the library; malformed lines are left to the macro that reads them.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! own_ids {

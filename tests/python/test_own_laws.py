@@ -1,4 +1,4 @@
-"""Laws of one's own in the Python package: the module that `examples/own/law` makes with the feature `python`."""
+"""A user's laws in the Python package: the module that `examples/own/law` makes with the feature `python`."""
 
 from __future__ import annotations
 

@@ -26,7 +26,7 @@ NOT_HERE = {
     "docs/realtime.md": "its host is compiled and run by test_realtime.py",
     "docs/tools/rust.md": "its program takes minutes to compile, and is run by hand",
     "docs/own.md": "its commands begin crates, as the tests of xtask do",
-    "docs/own-packing.md": "its command packs a model of one's own, whose FMU test_own.py looks at",
+    "docs/own-packing.md": "its command packs a model of your own, whose FMU test_own.py looks at",
     "docs/models.md": "its commands are the studies, which test_system_studies.py runs",
 }
 """Pages whose shell commands are not run by these tests, and why; their programs are."""

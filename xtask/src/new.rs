@@ -1,4 +1,4 @@
-//! `cargo xtask new`: crates of one's own, to begin with. What they hold is in the repository already, where tests compile and run
+//! `cargo xtask new`: crates of your own, to begin with. What they hold is in the repository already, where tests compile and run
 //! it: laws in `examples/own/law`, a valve and a model in `docs/own-model.md`.
 
 use std::collections::BTreeSet;
@@ -14,7 +14,7 @@ use pneumatic_servo::variables::Kind as Of;
 use pneumatic_servo_packaging::{commands, files, workspace};
 
 const HELP: &str = "\
-Begin a crate of one's own, which runs, is tested and packs FMUs; docs/own.md tells the rest.
+Begin a crate of your own, which runs, is tested and packs FMUs; docs/own.md tells the rest.
 
 Usage: cargo xtask new law NAME FOLDER [--kind velocity|set-valued|bristle|full]
        cargo xtask new valve NAME FOLDER
@@ -176,9 +176,9 @@ fn sources(kind: Kind, home: &Path) -> Result<Vec<(&'static str, String)>> {
         Kind::Bristle => law("loaded_dahl.rs", "LoadedDahl", "OneBristle<law::@Name@>"),
         Kind::Full => law("two_bristles.rs", "TwoBristles", "law::@Name@"),
         Kind::Valve => {
-            of_page(home, "LaggedSpool", "//! An actuator of one's own: the cylinder has it beside the library's.")
+            of_page(home, "LaggedSpool", "//! An actuator of your own: the cylinder has it beside the library's.")
         }
-        Kind::Model => of_page(home, "Room", "//! A model of one's own."),
+        Kind::Model => of_page(home, "Room", "//! A model of your own."),
     }
 }
 
@@ -197,9 +197,9 @@ fn of_page(home: &Path, name: &str, comment: &str) -> Result<Vec<(&'static str, 
 /// All that is beside the source.
 fn around(kind: Kind) -> Vec<(&'static str, String)> {
     let (what, title, test, run) = match kind {
-        Kind::Valve => ("An actuator of one's own in the cylinder", "actuator", VALVE_TEST, VALVE_RUN),
-        Kind::Model => ("A model of one's own", "model", MODEL_TEST, MODEL_RUN),
-        _ => ("A friction law of one's own in the cylinder and the friction bench", "law", LAW_TEST, LAW_RUN),
+        Kind::Valve => ("An actuator of your own in the cylinder", "actuator", VALVE_TEST, VALVE_RUN),
+        Kind::Model => ("A model of your own", "model", MODEL_TEST, MODEL_RUN),
+        _ => ("A friction law of your own in the cylinder and the friction bench", "law", LAW_TEST, LAW_RUN),
     };
     let manifest = MANIFEST.replace("@what@", what);
     let readme = README.replace("@what@", what).replace("@title@", title);
@@ -261,7 +261,7 @@ const PACKAGE: &str = "\
 pneumatic_servo_packaging::package_fmus!(@crate_name@::LIBRARY);
 ";
 
-const CATALOGUE: &str = r#"//! A friction law of one's own. In one line it joins the laws of the library, and the cylinder and the friction bench have it.
+const CATALOGUE: &str = r#"//! A friction law of your own. In one line it joins the laws of the library, and the cylinder and the friction bench have it.
 
 mod law;
 

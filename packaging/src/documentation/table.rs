@@ -140,7 +140,7 @@ mod tests {
 
     use super::*;
 
-    /// Names say nothing: the groups of a model of one's own are folded by what they count for.
+    /// Names do not decide: the groups of any model are folded by the choices that they count for.
     #[test]
     fn groups_that_count_for_one_choice_are_folded() {
         let [lugre, dahl] = [Law::LuGre, Law::Dahl].map(pneumatic_servo::variables::Choice::id);

@@ -53,7 +53,7 @@ const OTHERS: [(&str, &str); 4] = [
     ("package", "Build the FMUs and the SSP, validate them and run the default experiments."),
     ("build", "Build the shared libraries, the first half of `package`."),
     ("join", "Put shared libraries into the FMUs, the second half of `package`."),
-    ("new", "Begin a crate of one's own with a law, a valve or a model."),
+    ("new", "Begin a crate of your own with a law, a valve or a model."),
 ];
 
 fn main() -> ExitCode {

@@ -162,7 +162,7 @@ impl Checks<'_> {
         self.cargo(&["test", "--test", "*"])?;
         self.cargo(&["test", "--package", "pneumatic-servo-fit", "--test", "*"])?;
         self.cargo(&["test", "--doc"])?;
-        heading("Crates from outside: laws, valves and models of one's own");
+        heading("Crates from outside: laws, valves and models of your own");
         // Without optimization their tests run as long as they compile, which takes a fraction of the time. With the feature that packs
         // one of them the plant is compiled already.
         let own = ["test", "--profile", "quick", "--manifest-path", "examples/own/Cargo.toml"];
@@ -205,17 +205,17 @@ impl Checks<'_> {
         Ok(())
     }
 
-    /// Packs the model of one's own among the examples, as its author does; its FMUs are in target/own/fmu. What compiles the
+    /// Packs the model among the examples as a user does; its FMUs are in target/own/fmu. What compiles the
     /// program is the target directory of the project, where most of it is compiled already. The library is compiled without
     /// optimization, in a fifth of the time: its bits are the same, as the run shows, and what a step costs is asked elsewhere.
     /// With the tools for sources in C the FMUs have them, too, and give the bits of the library where FMPy compiles them.
     fn own_model(&self, venv: &Venv) -> Result<()> {
-        heading("A model of one's own: pack its FMU");
+        heading("A model of your own: pack its FMU");
         let missing = tools::require([("the sources in C", wasm::missing()?)]);
         let (features, sources) = match missing {
             Ok(()) => ("package,pneumatic-servo-packaging/sources", Some("--sources")),
             Err(problem) => {
-                process::leave_out("Sources in C of a model of one's own", &format!("{problem:#}"))?;
+                process::leave_out("Sources in C of a model of your own", &format!("{problem:#}"))?;
                 ("package", None)
             }
         };
@@ -231,7 +231,7 @@ impl Checks<'_> {
         if sources.is_none() {
             return Ok(());
         }
-        heading("A model of one's own: compile the sources in its FMU");
+        heading("A model of your own: compile the sources in its FMU");
         let mut python = venv.command();
         python.arg(self.workspace.python().join("compiled.py"));
         python.args(["fmu", "fmu/fmi3"].map(|of| folder.join(of).join("QuarterCar.fmu")));
@@ -243,7 +243,7 @@ impl Checks<'_> {
     /// while what the others are begun from has run among the examples. All are members of one workspace, with the versions of
     /// the other crates from outside: the plant is compiled once for all.
     fn begun_crates(&self) -> Result<()> {
-        heading("Crates of one's own, begun in an empty folder");
+        heading("Crates of your own, begun in an empty folder");
         let folder = self.workspace.target.join("new");
         files::renew(&folder)?;
         xtask::new::write_all(&folder, &self.workspace.home)?;

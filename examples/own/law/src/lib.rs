@@ -1,4 +1,4 @@
-//! Friction laws of one's own, one of each kind. In one line each they join the laws of the library, and the cylinder and the
+//! Friction laws of your own, one of each kind. In one line each they join the laws of the library, and the cylinder and the
 //! friction bench have them all.
 
 mod hyperbolic_stribeck;

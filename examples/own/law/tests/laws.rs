@@ -168,7 +168,7 @@ fn named_states_are_variables_of_their_law() -> Outcome {
     Ok(())
 }
 
-/// A law of the library gives the same bits beside laws of one's own.
+/// A law of the library gives the same bits beside laws of your own.
 #[test]
 fn laws_of_the_library_keep_their_bits() -> Outcome {
     let ended = |model: &'static Model, law: &str| -> Result<[u64; 2], Box<dyn std::error::Error>> {

@@ -6,7 +6,7 @@
 //! m*dv_i/dt = F_app,i - F_f,i,   F_app,i = pull_i - pull_(i-1)
 //! ```
 //!
-//! The model shows the parts for contacts of one's own: states in rows, a memory, indicators and events for each contact.
+//! The model shows the parts for contacts of your own: states in rows, a memory, indicators and events for each contact.
 //!
 //! # Source
 //! Burridge, Knopoff (1967), Bulletin of the Seismological Society of America 57(3):341-371: blocks and springs as a model of

@@ -1,4 +1,4 @@
-//! An actuator of one's own: a pair of 3/2 proportional valves, one for each chamber. In one line it joins the actuators of
+//! An actuator of your own: a pair of 3/2 proportional valves, one for each chamber. In one line it joins the actuators of
 //! the library, and the cylinder has it.
 
 mod pair;
