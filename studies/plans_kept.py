@@ -89,7 +89,7 @@ def drawn(table: Sequence[Sequence[object]]) -> Figure:
         axis.axvspan(1.0 - WITHIN, 1.0 + WITHIN, color=GREY, alpha=0.25, label=f"within {100.0 * WITHIN:.0f} %")
         axis.axvline(1.0, color=GREY, lw=0.8)
         axis.plot(fits / predicted, places, "o", color=BLUE, ms=5, label="mean interval of the fits")
-        axis.plot(values / predicted, places, "x", color=VERMILION, ms=5, label="1.96 standard deviations of the values")
+        axis.plot(values / predicted, places, "x", color=VERMILION, ms=5, label="1.96 deviations of the values")
         axis.set_yticks(places, labels)
         axis.invert_yaxis()
         axis.set_xlim(0.5, max(1.8, 1.1 * float(np.max([fits / predicted, values / predicted]))))

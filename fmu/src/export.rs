@@ -167,7 +167,7 @@ macro_rules! export_fmu {
     };
 }
 
-/// The models of a library. What packs the library into FMUs says which source it comes from.
+/// The models of a library. The program that packs it into FMUs states its source.
 #[cfg(not(all(feature = "module", target_family = "wasm")))]
 #[doc(hidden)]
 #[macro_export]

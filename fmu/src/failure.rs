@@ -1,4 +1,4 @@
-//! A call that did not succeed: what it returns and what it logs.
+//! Failures of a call: the status that it returns and the message that it logs.
 
 use pneumatic_servo::variables::ParameterError;
 

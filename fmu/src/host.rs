@@ -1,7 +1,7 @@
 //! The host's memory: arrays and strings behind pointers.
 //!
 //! No reference to memory of the host is ever made: elements are copied one by one, so that a host may pass the same
-//! array twice, and nothing is assumed about what it does with its memory between two calls.
+//! array twice, and nothing is assumed about the host's memory between two calls.
 
 #![allow(unsafe_code, reason = "the host passes pointers")]
 

@@ -32,7 +32,7 @@ pub fn call(function: extern "C" fn()) {
     unsafe extern "C" {
         safe fn atexit(function: extern "C" fn()) -> c_int;
     }
-    // Where there is no room for one more function, what it would free is left behind.
+    // Without room for one more function its memory leaks.
     atexit(function);
 }
 

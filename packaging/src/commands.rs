@@ -246,13 +246,13 @@ fn join(workspace: &Workspace, options: &Options) -> Result<()> {
     package::join(workspace, &libraries)
 }
 
-/// Tells what is wrong with a command line.
+/// Prints the mistake in a command line.
 pub fn misspelt(problem: &anyhow::Error, help: &str) -> ExitCode {
     eprintln!("error: {problem:#}\n\nFor more information, try `{help}`.");
     ExitCode::from(2)
 }
 
-/// Tells what went wrong.
+/// Prints an error.
 pub fn ended(outcome: Result<()>) -> ExitCode {
     match outcome {
         Ok(()) => ExitCode::SUCCESS,

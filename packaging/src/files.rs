@@ -22,7 +22,7 @@ pub fn text(file: impl AsRef<Path>) -> Result<String> {
     std::fs::read_to_string(file).with_context(|| format!("cannot read {}", file.display()))
 }
 
-/// Writes a file under another name first, so that whoever interrupts this leaves the old file or the new one.
+/// Writes a file under another name first, so that an interruption leaves the old file or the new one.
 ///
 /// # Errors
 /// When the folder cannot be made or the file cannot be written.
@@ -36,10 +36,10 @@ pub fn write(file: &Path, contents: impl AsRef<[u8]>) -> Result<()> {
     std::fs::rename(&partial, file).with_context(|| format!("cannot write {}", file.display()))
 }
 
-/// Makes an empty folder, in place of what was there.
+/// Makes an empty folder, in place of an earlier one.
 ///
 /// # Errors
-/// When what was there cannot be removed, or the folder not be made.
+/// When the earlier one cannot be removed, or the folder not be made.
 pub fn renew(folder: &Path) -> Result<()> {
     if folder.exists() {
         std::fs::remove_dir_all(folder).with_context(|| format!("cannot remove the old {}", folder.display()))?;

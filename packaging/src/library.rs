@@ -31,7 +31,7 @@ pub struct Library {
 }
 
 impl Library {
-    /// Builds the library with what is there, for machines like this one.
+    /// Builds the library with the tools of this machine, for machines like it.
     ///
     /// # Errors
     /// When Cargo fails or the library does not pass the gates.
@@ -156,10 +156,10 @@ pub fn handed_in(workspace: &Workspace, binaries: &[Binary]) -> Result<BTreeMap<
     Ok(libraries)
 }
 
-/// Libraries for platforms: those that were handed in stay, and the others that are wanted are built.
+/// Libraries for platforms: libraries that were handed in stay, and other wanted ones are built.
 ///
 /// # Errors
-/// Of what builds them.
+/// Errors of the build.
 pub fn complete(
     mut handed_in: BTreeMap<Platform, Library>,
     wanted: BTreeSet<Platform>,

@@ -45,7 +45,7 @@ impl Package {
         Self { platforms, binaries: binaries.to_vec(), sources: Some(Size::Small), model: None }
     }
 
-    /// Builds what was not handed in, joins, validates and runs.
+    /// Builds the libraries that were not handed in, joins, validates and runs.
     ///
     /// # Errors
     /// When a tool is missing, or any of these steps fails or finds something.
@@ -101,7 +101,7 @@ pub fn fmus_of(workspace: &Workspace, version: Version) -> impl Iterator<Item = 
     workspace.product.models.iter().map(move |model| folder.join(format!("{}.fmu", model.name)))
 }
 
-/// Validates FMUs and SSP; runs them and draws what came out if they hold a library for this machine.
+/// Validates FMUs and SSP; runs them and draws the results if they hold a library for this machine.
 fn check(workspace: &Workspace, mut platforms: impl Iterator<Item = Platform>) -> Result<()> {
     heading("Prepare the Python environment");
     let venv = Venv::prepare(workspace, Requirements::PACKAGE)?;

@@ -188,7 +188,7 @@ mod tests {
         Ok(())
     }
 
-    /// Identified values mean little without what they were identified from.
+    /// Identified values mean little without their source.
     #[test]
     fn set_with_a_source_states_its_experiment() {
         let mut set = set(json!({ "mass.moving": 0.88 }));

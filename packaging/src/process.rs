@@ -121,13 +121,13 @@ fn failed() -> Arc<OnceLock<()>> {
     FAILED.with(|failed| Arc::clone(failed.get_or_init(Arc::default)))
 }
 
-/// The error of what did not go on.
+/// The error of a check that was abandoned.
 const GIVEN_UP: &str = "given up, because another check has failed";
 
 /// Does two things at once, and waits for both; once one has failed, the other starts no program any more.
 ///
 /// # Errors
-/// Of what has failed first.
+/// The first failure.
 pub fn both<A: Send, B>(
     first: impl FnOnce() -> Result<A> + Send,
     second: impl FnOnce() -> Result<B>,

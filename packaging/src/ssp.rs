@@ -97,7 +97,7 @@ pub fn write(fmus: &Path, sources: &Path, timestamp: Timestamp) -> Result<PathBu
     Ok(file)
 }
 
-/// A connection with what it connects.
+/// A connection with its connectors.
 struct Connection {
     start: End,
     end: End,

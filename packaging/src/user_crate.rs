@@ -165,7 +165,7 @@ fn ensure_sound(model: &'static Model) -> Result<()> {
     Ok(())
 }
 
-/// Refuses variables that depend on what they do not declare.
+/// Refuses variables with undeclared dependences.
 fn ensure_structure(name: &str, setup: &Setup) -> Result<()> {
     let missing = undeclared_dependencies(setup).with_context(|| name.to_owned())?;
     ensure!(

@@ -36,7 +36,7 @@ impl Requirements {
 /// A virtual environment.
 pub struct Venv {
     folder: PathBuf,
-    /// Where Matplotlib, ruff and mypy keep what they found.
+    /// Folder of the caches of Matplotlib, ruff and mypy.
     cache: PathBuf,
 }
 

@@ -46,7 +46,7 @@ macro_rules! exports {
             /// The functions as symbols of a library, which `symbol` finds by name.
             ///
             /// # Safety
-            /// What is found is the function of that name, and stays loaded as long as this is used.
+            /// The function of this name, which stays loaded as long as this is used.
             pub unsafe fn load<E>(mut symbol: impl FnMut(&str) -> Result<*const c_void, E>) -> Result<Self, E> {
                 // SAFETY: as the caller promises; pointers to functions are pointers.
                 unsafe {

@@ -2,7 +2,7 @@
 //! [`instantiation`](super::instantiation) with the models of the library, from [`export_fmu!`](crate::export_fmu).
 //!
 //! Each turns pointers into lists that are read and written element by element, and hands everything to
-//! `Handle::call`. What the FMU does not offer is refused with a reason.
+//! `Handle::call`. Functions that the FMU does not offer are refused with a reason.
 //!
 //! # Safety
 //! See `crate::c_interface`.
@@ -229,7 +229,7 @@ exports_with_numbers! {
         let independents = Output::new(independents, number, "independents")?;
         let elements_of_independents = Output::new(elements_of_independents, number, "elementIndicesOfIndependents")?;
         let kinds = Output::new(kinds, number, "dependencyKinds")?;
-        // Arrays are parameters: what depends, and what it depends on, is a variable as a whole.
+        // Arrays are parameters only, so dependences are between whole variables.
         elements.write(found.iter().map(|_| 0));
         independents.write(found.iter().copied());
         elements_of_independents.write(found.iter().map(|_| 0));

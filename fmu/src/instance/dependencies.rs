@@ -5,7 +5,7 @@ use crate::failure::Failure;
 use pneumatic_servo::variables::{Kind, Role};
 
 impl Instance {
-    /// Value references of what a variable depends on directly: of time, inputs and continuous states. What is set depends
+    /// Value references on which a variable depends directly: of time, inputs and continuous states. What is set depends
     /// on nothing.
     pub fn dependencies(&self, reference: u32) -> Result<Vec<u32>, Failure> {
         let table = &self.layout.table;

@@ -74,7 +74,7 @@ impl Log {
         self.if_enabled(EVENTS, Status::Ok, text);
     }
 
-    /// Logs what is unusual.
+    /// Logs a warning.
     pub fn warning(&self, text: &str) {
         self.if_enabled(WARNING, Status::Warning, text);
     }
@@ -89,7 +89,7 @@ impl Log {
         self.write(category, failure.status, &failure.message);
     }
 
-    /// Logs what was not carried out, but may be tried otherwise, such as a trial step of a host's solver.
+    /// Logs a discarded call, which may be tried otherwise, such as a trial step of an importer's solver.
     pub fn discarded(&self, failure: &Failure) {
         self.if_enabled(DISCARD, failure.status, &failure.message);
     }

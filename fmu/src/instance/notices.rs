@@ -4,7 +4,7 @@ use super::Instance;
 use crate::failure::Failure;
 
 impl Instance {
-    /// Warns of what has become unusual since this was last called.
+    /// Warns of unusual conditions that are new since the last call.
     pub(super) fn tell_notices(&mut self) -> Result<(), Failure> {
         let notices = self.run.notices(&self.layout, &self.record)?;
         // As a rule there are none, and were none.

@@ -20,7 +20,7 @@ pub struct Experiment {
 }
 
 impl Experiment {
-    /// Checks what the host asks for.
+    /// Checks the experiment that the importer asks for.
     pub fn new(start: f64, stop: Option<f64>, tolerance: Option<f64>) -> Result<Self, Failure> {
         if let Some(tolerance) = tolerance.filter(|tolerance| !(tolerance.is_finite() && *tolerance > 0.0)) {
             return Err(Failure::error(format!("the tolerance must be positive and finite, not {tolerance}")));

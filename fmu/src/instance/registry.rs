@@ -23,7 +23,7 @@ struct Kept {
 
 static KEPT: Mutex<Vec<Kept>> = Mutex::new(Vec::new());
 
-/// Frees what no instance holds. A shared library that went without would leave it behind at each unloading.
+/// Frees tables that no instance holds: otherwise each unloading of the shared library would leak them.
 extern "C" fn forget_all() {
     forget(&KEPT);
     forget_tables();

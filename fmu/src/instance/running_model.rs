@@ -23,7 +23,7 @@ pub struct RunningModel {
     /// Whether the model has the inputs of the record.
     knows_inputs: bool,
     computed: Vec<f64>,
-    /// Whether `computed` is what the model would compute.
+    /// Whether `computed` is up to date.
     is_computed: bool,
 }
 

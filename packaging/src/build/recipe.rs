@@ -24,7 +24,7 @@ pub struct Recipe<'a> {
     folder: PathBuf,
     strip: &'static str,
     flags: Vec<String>,
-    /// Flags of the library alone, not of what it depends on.
+    /// Flags of the library alone, not of its dependencies.
     own_flags: Vec<String>,
     settings: Vec<String>,
     features: Vec<String>,
@@ -102,7 +102,7 @@ impl<'a> Recipe<'a> {
         self.flag(format!("-Clink-arg={argument}"))
     }
 
-    /// The same for the linker of the library alone: what it depends on stays compiled when the argument changes.
+    /// The same for the linker of the library alone: its dependencies stay compiled when the argument changes.
     pub fn link_alone(mut self, argument: &str) -> Self {
         self.own_flags.push(format!("-Clink-arg={argument}"));
         self

@@ -7,7 +7,7 @@ pub fn escape(text: &str) -> String {
     quick_xml::escape::escape(text).into_owned()
 }
 
-/// A number, rounded to what an engineer reads, for example `3.93 × 10⁻⁹`.
+/// A number, rounded for engineers, for example `3.93 × 10⁻⁹`.
 pub fn number(value: f64) -> String {
     // Fifteen digits hide what scaling to a display unit adds in the last place.
     let rounded: f64 = format!("{value:.14e}").parse().unwrap_or(value);

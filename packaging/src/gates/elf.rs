@@ -7,7 +7,7 @@ use object::read::elf::{ElfFile64, SectionHeader};
 use super::Version;
 use super::facts::{Facts, text};
 
-/// Completes what is common to all formats.
+/// Completes the facts that all formats share.
 pub fn facts(file: &ElfFile64<'_>, common: Facts) -> Result<Facts> {
     let mut facts = Facts { needs: glibc(file)?, ..common };
     let dynamic = file.elf_dynamic_table()?;

@@ -26,7 +26,7 @@ pub struct Facts {
     pub signature: Option<String>,
 }
 
-/// A name, with a sign in place of what is no UTF-8.
+/// A name, with a sign in place of bytes that are not UTF-8.
 pub fn text(bytes: impl AsRef<[u8]>) -> String {
     String::from_utf8_lossy(bytes.as_ref()).into_owned()
 }

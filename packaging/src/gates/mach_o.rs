@@ -9,7 +9,7 @@ use sha2::{Digest, Sha256};
 use super::Version;
 use super::facts::{Facts, text};
 
-/// Completes what is common to all formats.
+/// Completes the facts that all formats share.
 pub fn facts(file: &MachOFile64<'_, Endianness>, bytes: &[u8], common: Facts) -> Result<Facts> {
     let signature = signature(file, bytes).err().map(|problem| problem.to_string());
     let mut facts = Facts { needs: macos(file)?, signature, ..common };

@@ -37,7 +37,7 @@ pub enum Reach {
     ThisMachine,
 }
 
-/// Checks a library and says in a few words what it is.
+/// Checks a library and describes it in a few words.
 ///
 /// `private` are paths of this machine that must not be in it.
 ///
@@ -57,7 +57,7 @@ pub fn check(platform: Platform, reach: Reach, bytes: &[u8], private: &[String])
     Ok(report(platform, &slices, bytes.len()))
 }
 
-/// Checks the compiled part of the Python package and says in a few words what it is.
+/// Checks the compiled part of the Python package and describes it in a few words.
 ///
 /// # Errors
 /// When the file cannot be read as a shared library, or with everything that is wrong with it.

@@ -7,7 +7,7 @@ use object::read::pe::{ImageNtHeaders, PeFile64};
 
 use super::facts::{Facts, text};
 
-/// Completes what is common to all formats.
+/// Completes the facts that all formats share.
 pub fn facts(file: &PeFile64<'_>, common: Facts) -> Result<Facts> {
     let mut facts = common;
     if let Some(table) = file.import_table()? {

@@ -49,7 +49,7 @@ fn mac_with(processor: u32, platform: u32, is_signed: bool, symbols: &[u8]) -> V
     bytes
 }
 
-/// The signature of what is signed: a directory of the hashes of its pages.
+/// A signature of signed bytes: a directory of the hashes of their pages.
 fn signature(signed: &[u8]) -> Vec<u8> {
     const HASHES: u32 = 46;
     let end = HASHES + 2 * 32;

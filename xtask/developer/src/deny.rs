@@ -6,7 +6,7 @@ use anyhow::Result;
 use pneumatic_servo_packaging::process::{self, heading};
 use pneumatic_servo_packaging::workspace::{self, Workspace};
 
-/// Checks what can be checked without a network: advisories only where their database was fetched before. Where there is
+/// Checks dependencies without a network: advisories only where their database was fetched before. Where there is
 /// no cargo-deny this says so and is no error: it is no part of Rust, and takes minutes to compile.
 ///
 /// # Errors

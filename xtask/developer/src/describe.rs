@@ -41,7 +41,7 @@ fn write(file: &Path, text: &str) -> Result<()> {
     Ok(())
 }
 
-/// The descriptions without what changes from build to build, by their files.
+/// The descriptions by their files, without parts that change from build to build.
 fn committed() -> Result<BTreeMap<PathBuf, String>> {
     let [guid, date, version, licence] =
         ["@guid@", "@generationDateAndTime@", env!("CARGO_PKG_VERSION"), env!("CARGO_PKG_LICENSE")].map(str::to_owned);

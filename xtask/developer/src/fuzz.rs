@@ -16,7 +16,7 @@ use pneumatic_servo_packaging::workspace::Workspace;
 use crate::Work;
 use crate::wheel;
 
-/// The readers of files of the Python package; what else is fuzzed is a program of the crate `fuzz`.
+/// The readers of files of the Python package; other targets are programs of the crate `fuzz`.
 const READERS: &str = "readers";
 /// Longest input in bytes: a few hundred calls.
 const LONGEST: &str = "-max_len=1000";

@@ -115,7 +115,7 @@ fn replay(workspace: &Workspace) -> Command {
     cargo
 }
 
-/// Installs what the lock file of a folder states, unless that is done.
+/// Installs the packages of a folder's lock file, unless they are installed.
 ///
 /// # Errors
 /// When npm fails.

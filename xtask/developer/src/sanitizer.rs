@@ -1,4 +1,4 @@
-//! Checks under the address sanitizer of the nightly compiler: like valgrind, it finds what is read or written outside of
+//! Checks under the address sanitizer of the nightly compiler: like valgrind, it finds reads and writes outside of
 //! its place; unlike valgrind, it sees places on the stack and between variables, and is quick enough for almost all tests.
 
 use std::process::Command;

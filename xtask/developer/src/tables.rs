@@ -128,7 +128,7 @@ fn interface(variables: &Variables, role: Role) -> String {
     )
 }
 
-/// The unit, or what stands for it.
+/// The unit of a real variable, the kind of any other.
 fn kind(variable: &Variable) -> String {
     match variable.kind {
         Kind::Real(unit) if unit.name == "1" => String::new(),

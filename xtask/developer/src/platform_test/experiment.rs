@@ -99,7 +99,7 @@ pub fn of(model: &Model) -> String {
     text
 }
 
-/// A run: how the library is called, what part of the experiment, and what differs from the defaults.
+/// A run: the kind of calls, the part of the experiment, and the settings that differ from the defaults.
 struct Run {
     face: &'static str,
     label: String,
@@ -121,7 +121,7 @@ fn runs(model: &Model) -> Vec<Run> {
     of_fmi2.chain(of_fmi3.filter(|run| run.face != EXCHANGE || is_exchanged(model))).collect()
 }
 
-/// A label, the friction law where it is what is varied, and what differs from the defaults.
+/// A label, the friction law where it is varied, and the settings that differ from the defaults.
 type Variant = (String, Option<&'static str>, Vec<(&'static str, f64)>);
 
 fn variants(model: &Model) -> Vec<Variant> {

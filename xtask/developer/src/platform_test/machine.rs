@@ -48,7 +48,7 @@ impl Machine {
         Tool::unless_found(compiler, package).into_iter().chain(emulator).collect()
     }
 
-    /// Runs experiments on a library and returns what the host prints.
+    /// Runs experiments on a library and returns the output of the host.
     ///
     /// # Errors
     /// When the host cannot be compiled, or a call of the library fails.
@@ -101,7 +101,7 @@ impl Machine {
             Self::Linux => Ok(Command::new(folder.join("host"))),
             Self::Windows => {
                 let mut wine = Command::new(wine().context("wine64 was not found")?);
-                // Its own home, and neither windows nor messages about what Wine lacks but the library does not use.
+                // A home of its own, no windows, and no messages about missing parts of Wine that the library does not use.
                 wine.env("WINEPREFIX", folder.join("wine")).env("WINEDEBUG", "-all").env_remove("DISPLAY");
                 wine.env("WINEDLLOVERRIDES", "mscoree,mshtml=").arg("host.exe");
                 Ok(wine)

@@ -62,7 +62,7 @@ pub fn run_if_possible(workspace: &Workspace) -> Result<()> {
     }
 }
 
-/// The tools that are missing for building platforms, and for running what can be run here.
+/// The missing tools for building platforms, and for running the libraries that can run here.
 fn missing(platforms: &[Platform]) -> Result<Vec<(&'static str, Vec<Tool>)>> {
     let mut missing = Vec::new();
     for platform in platforms {

@@ -35,7 +35,7 @@ impl Reproduction {
         Ok(Self { elsewhere, library })
     }
 
-    /// Compares with what was built in the checkout and with the FMUs that [`package::join`] has made of that.
+    /// Compares with the build in the checkout and with the FMUs that [`package::join`] has made of it.
     ///
     /// # Errors
     /// When a byte differs.
@@ -65,7 +65,7 @@ fn compare_files(folder: &Path, other: &Path) -> Result<()> {
     Ok(())
 }
 
-/// Copies what git knows or would know of a checkout, with its history, whose last date is in the FMU.
+/// Copies the files of a checkout that git tracks or would track, with its history, whose last date is in the FMU.
 fn copy(from: &Path, to: &Path) -> Result<()> {
     if to.exists() {
         std::fs::remove_dir_all(to).with_context(|| format!("cannot remove {}", to.display()))?;

@@ -1,4 +1,4 @@
-//! The sources of a model in a folder, and what compilers make of them.
+//! The sources of a model in a folder, and their compilation.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -136,11 +136,11 @@ fn is_face(file: &Path) -> bool {
     file.file_name().is_some_and(|name| name == "fmi2.c" || name == "fmi3.c")
 }
 
-/// A compiler and what it is told.
+/// A compiler and its arguments.
 pub struct Compiler {
     /// The program.
     pub program: &'static str,
-    /// The folder of what it makes.
+    /// The folder of its output.
     pub folder: &'static str,
     /// Arguments of every call.
     pub always: &'static [&'static str],

@@ -49,7 +49,7 @@ impl Needs {
         Some(Self { text, data: data + zeros, ..Self::default() })
     }
 
-    /// Takes in what a program has measured.
+    /// Adds the measurements of a program.
     ///
     /// # Errors
     /// When it is not known.

@@ -84,7 +84,7 @@ const LOOP: &str = "loop";
 /// Name of the core tests of the translator for `--only`.
 const TRANSLATOR: &str = "wasm-as-c";
 
-/// The core tests of the specification of WebAssembly, for what makes C of it.
+/// The core tests of the specification of WebAssembly, for the translator to C.
 fn translator(workspace: &Workspace) -> Result<()> {
     heading("Sources in C: the core tests of WebAssembly");
     let mut cargo = process::cargo();
@@ -146,7 +146,7 @@ fn ensure_known(only: &[String], what: &str, names: Vec<&str>) -> Result<()> {
     }
 }
 
-/// Whether a name is among those that are wanted, which all are where none is named.
+/// Whether a name is wanted: listed, or none is listed.
 fn is_wanted(only: &[String], name: &str) -> bool {
     only.is_empty() || only.iter().any(|only| only == name)
 }
