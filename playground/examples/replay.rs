@@ -1,4 +1,4 @@
-//! Runs models natively as a text on standard input asks, and prints the bits of what they compute, so that the page
+//! Runs models natively as a text on standard input asks, and prints the bits of their values, so that the page
 //! can be compared with the library: `cargo run --package pneumatic-servo-playground --example replay`.
 //!
 //! ```text

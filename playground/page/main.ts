@@ -1,6 +1,6 @@
-// The page: loads the plant, and shows what the visitor chooses.
+// The page: loads the plant, and shows the chosen view.
 
-import "./language"; // first: what is loaded after it asks for the language
+import "./language"; // first: modules loaded after it ask for the language
 import type { Page } from "./context";
 import { byId } from "./dom";
 import { offerFiles } from "./downloads";

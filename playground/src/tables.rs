@@ -104,7 +104,7 @@ mod tests {
         assert_eq!(tables["enumerations"]["FrictionLaw"]["items"][6]["name"], "Stribeck");
     }
 
-    /// Some values in SI units, and what a visitor reads.
+    /// Some values in SI units, and as a visitor reads them.
     #[test]
     fn shown_values_are_factor_times_value_plus_offset() {
         let tables = tables();

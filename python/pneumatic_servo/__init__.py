@@ -116,7 +116,7 @@ def linearise(at: object = None, *, model: str = "PneumaticServoCylinder", **opt
 
 
 def __getattr__(name: str) -> object:
-    """Load what needs SciPy when it is asked for."""
+    """Load names that need SciPy at their first use."""
     if name not in _FITTING:
         meant = f"; it is a method: {Model.__name__}().{name}" if _is_method(name) else ""
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}{meant}")
@@ -132,7 +132,7 @@ def _is_method(name: str) -> bool:
 
 
 def __dir__() -> list[str]:
-    """Show what there is, and what is loaded when it is asked for."""
+    """List all names, also of modules that are loaded at their first use."""
     return sorted([*__all__, "__doc__", "__version__", "bundled", "envs", "errors"])
 
 

@@ -11,7 +11,7 @@ OPTIONS = {"settings": "set"}
 
 
 def quoted(argument: str, given: object = None) -> str:
-    """Return an argument, with what was given for it: ``law='Lugre'``, or ``--law Lugre`` on the command line.
+    """Return an argument with its value: ``law='Lugre'``, or ``--law Lugre`` on the command line.
 
     Several things are given by their names: ``settings={'friction.law': 'Dahl'}``, or ``--set friction.law=Dahl``.
     """

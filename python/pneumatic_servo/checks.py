@@ -48,7 +48,7 @@ def whole_number(argument: str, given: int, least: int) -> int:
 
 
 def submits(argument: str, given: object) -> None:
-    """Refuse what is no executor."""
+    """Refuse an object that is no executor."""
     if given is not None and not hasattr(given, "submit"):
         raise TypeError(
             f"{argument} = {shortened(given)} is refused: it must have `submit`, as a ProcessPoolExecutor has"

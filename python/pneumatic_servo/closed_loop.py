@@ -64,7 +64,7 @@ class OfModel:
 
 
 class Loop:
-    """A controller in its loop: what it sets at which step of the plant."""
+    """A controller in its loop: the inputs that it sets, with their steps."""
 
     def __init__(
         self, model: ModelDescription, controller: Controller, grid: Grid, period: float | None, delay: float
@@ -102,12 +102,12 @@ class Loop:
         self, start: Callable[[Mapping[str, float]], Simulation], driven: Mapping[str, Array], own: Mapping[str, Array],
         outputs: Sequence[str], tell: Callable[[int], object] | None,
     ) -> tuple[Array, Array, dict[str, Array], BaseException | None]:  # fmt: skip
-        """Return times, values, what each input was at each step, and what ended the run early.
+        """Return times, values, the inputs of each step, and the error that ended the run early.
 
         `driven` are the plant's inputs at each step, `own` the controller's.
         """
         grid = self.grid
-        # Until the first sample is taken, which the plant then starts with, as in a replay of what was recorded.
+        # Until the first sample is taken, which the plant then starts with, as in a replay of a record.
         first = {name: float(course[0]) for name, course in driven.items() if grid.count}
         plant = start(first)
         controller = copy.deepcopy(self.of_model or self.controller)

@@ -213,7 +213,7 @@ class DataSheet:
                 )
 
     def _check_numbers(self) -> None:
-        """Refuse what is no number, by the name of its field."""
+        """Refuse a value that is no number, by the name of its field."""
         for name, unit in UNITS.items():
             value = getattr(self, name)
             if value is not None and not is_number(value):
@@ -232,7 +232,7 @@ class DataSheet:
                 )
 
     def _check_magnitudes(self) -> None:
-        """Refuse what is in another unit than data sheets use."""
+        """Refuse a value in another unit than data sheets use."""
         for name, (low, high, unit, meant) in MAGNITUDES.items():
             value = getattr(self, name)
             low = ROTARY_BORE if name == "bore" and self.rotates else low
@@ -258,7 +258,7 @@ class DataSheet:
         return {name: float(variables[name].default or 0.0) for name in names}
 
     def _stated(self) -> set[str]:
-        """Which of what sheets seldom state this one does."""
+        """Return the stated ones of the quantities that sheets seldom state."""
         stated = {"valve.hysteresis": self.hysteresis, "valve.bandwidth": self.response}
         return {name for name, value in stated.items() if value is not None}
 
@@ -448,7 +448,7 @@ def _of_nominal_flow(qn: float, critical_ratio: float) -> float:
 def _of_kv(kv: float, critical_ratio: float) -> float:
     before, behind = NOMINAL
     density = behind / (GAS_CONSTANT * TEMPERATURE)
-    # Water loses 1 bar at Kv; what is not water, its density more or less.
+    # Water loses 1 bar at Kv; other fluids in proportion to their density.
     mass_flow = kv / 3600.0 * math.sqrt((before - behind) / 1e5 * WATER_DENSITY * density)
     return _of_nominal_flow(mass_flow / REFERENCE_DENSITY * 60_000.0, critical_ratio)
 
@@ -500,7 +500,7 @@ def table(entries: Sequence[Entry], unit: Callable[[str], str]) -> str:
 
 
 def kept_table(sheet: DataSheet, unit: Callable[[str], str]) -> str:
-    """Return what stays as on the small rig, as a text."""
+    """Return the values that are kept from the small rig, as a text."""
     kept = {name: value for name, value in sheet.kept.items() if not name.startswith("friction.") or name in FIRST}
     lines = [f"{name} = {value:.6g} {unit(name)}".rstrip() for name, value in kept.items()]
     laws = ", ".join(laws_without_levels())

@@ -1,4 +1,4 @@
-"""Defaults that give way: what nobody gave follows what was given where it would not fit.
+"""Defaults that give way: they follow the given values where both would not fit together.
 
 A machine of 0.5 kg cannot carry the default carriage of 0.75 kg. The plant refuses that, in an FMU as here; here the
 carriage then follows the moving mass, and a warning says so. What fits stays as it is, so that a run that an FMU can

@@ -79,7 +79,7 @@ def _of_text(file: Path, encoding: str | None) -> Table:
 
 
 def _header(lines: Sequence[tuple[int, str]]) -> tuple[int, str]:
-    """Return the place of the line with the names, and what separates its cells.
+    """Return the place of the line with the names, and the separator of its cells.
 
     It is the first one, unless others stand above rows of numbers: then the last of as many cells as these have, of
     which none is a number.
@@ -169,7 +169,7 @@ def _rows(file: Path, body: Sequence[tuple[int, str]], separator: str, names: li
 
 
 def _of_texts(cells: Sequence[str], places: Sequence[str], *, has_comma: bool) -> tuple[list[float], str | None]:
-    """Return a column as numbers, or what is wrong with it."""
+    """Return a column as numbers, or its fault."""
     try:
         if is_clock(cells[0]) and (clock := _clock(cells, places)):
             return clock, None

@@ -1,4 +1,4 @@
-"""Runs as functions of arrays, with their derivatives: what `jax` and `torch` hand on."""
+"""Runs as functions of arrays, with their derivatives, for `jax` and `torch`."""
 
 from __future__ import annotations
 
@@ -81,7 +81,7 @@ class Trajectory:
         return self._grid.count
 
     def values(self, parameters: Array, inputs: Array) -> Array:
-        """Return what is recorded, of shape (outputs, rows)."""
+        """Return the recorded outputs, of shape (outputs, rows)."""
         run = self._model.simulate(
             self._settings(parameters),
             inputs=dict(self._driven(inputs)),
@@ -92,7 +92,7 @@ class Trajectory:
         return np.stack([run[name] for name in self.outputs])
 
     def push(self, parameters: Array, inputs: Array, of_parameters: Array, of_inputs: Array) -> Array:
-        """Return how what is recorded changes along a direction, of shape (outputs, rows)."""
+        """Return the derivatives of the outputs along a direction, of shape (outputs, rows)."""
         added = np.zeros((len(self._model.inputs), self.steps))
         added[self._places] = of_inputs
         model, settings, driven, grid, outputs = self._arguments(parameters, inputs)
@@ -127,7 +127,7 @@ class Trajectory:
         return np.asarray(np.mean(sides, axis=0))
 
     def pull(self, parameters: Array, inputs: Array, cotangents: Array) -> tuple[Array, Array]:
-        """Return how the sum of what is recorded times cotangents changes with parameters and inputs."""
+        """Return the derivatives, by parameters and inputs, of the sum of outputs times cotangents."""
         weights = np.ascontiguousarray(cotangents, dtype=np.float64)
         model, settings, driven, grid, outputs = self._arguments(parameters, inputs)
         followed = self._followers(parameters, settings)
@@ -174,7 +174,7 @@ def _with_row(inputs: Array, row: int, course: Array) -> Array:
 
 
 class Function:
-    """A run as a function, ``run(parameters, inputs)``: what `jax.Run` and `torch.Run`, which say it all, share."""
+    """A run as a function, ``run(parameters, inputs)``: the common part of `jax.Run` and `torch.Run`."""
 
     def __init__(self, made: Trajectory) -> None:
         self.parameters, self.inputs, self.outputs = made.parameters, made.inputs, made.outputs

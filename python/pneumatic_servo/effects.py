@@ -142,7 +142,7 @@ def _sets() -> tuple[Mapping[str, Value], ...]:
 
 
 def reason_for(variables: Variables, settings: Mapping[str, Value], name: str) -> str:
-    """Return what a parameter needs in order to count, and does not have; nothing if it counts."""
+    """Return the condition that a parameter lacks to count; nothing if it counts."""
     variable = variables.get(name)
     return "" if variable is None else _missing(variables, _complete(variables, settings), variable)
 
@@ -156,7 +156,7 @@ def tell_by(variables: Variables, settings: Mapping[str, Value], names: Iterable
 
 
 def tell_laws(variables: Variables, laws: Sequence[str], settings: Mapping[str, Value]) -> None:
-    """Warn of what is given for one of the laws that are compared, while the others keep their defaults."""
+    """Warn of parameters of one compared law, while the others keep their defaults."""
     for name in settings:
         variable = variables.get(name)
         if variable is None or variable.counts_for is None or variable.meaning not in LEVELS:
@@ -239,7 +239,7 @@ def _may_fail(variable: Variable) -> bool:
 
 
 def _options(variables: Variables, settings: Mapping[str, Value]) -> tuple[tuple[str, object], ...]:
-    """Return what conditions may depend on."""
+    """Return the variables of the conditions."""
     kinds = ("enumeration", "integer", "boolean")
     discrete = (n for n in settings if n.endswith("Number") or (n in variables and variables[n].kind in kinds))
     switches = ((name, settings[name] != 0.0) for name in SWITCHES if name in settings)

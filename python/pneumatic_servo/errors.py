@@ -10,7 +10,7 @@ PACKAGE = str(Path(__file__).parent)
 
 
 class PlantWarning(UserWarning):
-    """Something that is accepted, but hardly means what its user thinks: the text names variable, value and unit.
+    """An accepted value that is hardly meant: the text names variable, value and unit.
 
     >>> import warnings
     >>> warnings.simplefilter("error", PlantWarning)     # for those who want it refused

@@ -219,7 +219,7 @@ def shown(run: Recorded, name: str) -> Values:
 
 
 def _panels(run: Recorded, names: Sequence[str]) -> list[tuple[str, list[str]]]:
-    """Sort what to draw by unit: by default the usual variables, or the first six where none of those is recorded."""
+    """Sort the drawn variables by unit: by default the usual ones, or the first six where none of them is recorded."""
     chosen = list(names) or [name for name in USUAL if name in run.variables] or list(run.variables)[:6]
     panels: dict[Unit, list[str]] = {}
     for name in chosen:

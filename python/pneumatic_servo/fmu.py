@@ -202,7 +202,7 @@ class FmuSimulation:
         self.time += size
 
     def notices(self) -> list[tuple[str, float, str]]:
-        """Return nothing: an FMU tells its logger what is unusual."""
+        """Return nothing: an FMU warns through its logger."""
         return []
 
     def save(self) -> FmuState:
@@ -265,7 +265,7 @@ def _number(text: str | None) -> float | None:
 
 
 def _descriptions(described: ElementTree.Element) -> list[tuple[int, Description]]:
-    """Return the value reference of each variable, and what is said of it."""
+    """Return the value reference and the description of each variable."""
     shown = {
         unit.attrib["name"]: {one.attrib["name"]: one.attrib for one in unit.iter("DisplayUnit")}
         for unit in described.iter("Unit")

@@ -57,7 +57,7 @@ def inputs_of(argument: str, variables: Variables, given: object) -> dict[str, I
 
 
 def replayed(variables: Variables, run: Run) -> dict[str, Input]:
-    """Return the inputs of a run as they were given: a row shows what was in force up to it."""
+    """Return the inputs of a run as they were given: a row has the values up to it."""
     names = [name for name in run.variables if variables.get(name) is not None and variables[name].role == "input"]
     if not names:
         raise ValueError(f"the run has no input among what it recorded: {', '.join(run.variables)}")
@@ -65,7 +65,7 @@ def replayed(variables: Variables, run: Run) -> dict[str, Input]:
 
 
 def held_from(recorded: Array) -> Array:
-    """Return what is held from each row on, of what was in force up to it."""
+    """Return the values from each row on, of the values up to it."""
     return np.append(recorded[1:], recorded[-1:])
 
 
@@ -254,7 +254,7 @@ def held(points: tuple[Any, ...]) -> tuple[Any, ...]:
 
 
 def seconds_of(times: Any) -> Any:
-    """Return times in s; of dates the seconds since the first, of durations their seconds, else what is given."""
+    """Return times in s; of dates the seconds since the first, of durations their seconds, else the given values."""
     if getattr(times, "tz", None) is not None:
         times = times.tz_convert(None)
     return numbers(times)
@@ -338,7 +338,7 @@ def _constant(variable: Variable, given: Any) -> float:
 
 
 def shape(name: str, given: Any) -> tuple[int, ...]:
-    """Return the shape of what an input is given as."""
+    """Return the shape of a given input."""
     try:
         return np.shape(given)
     except ValueError as error:
@@ -346,7 +346,7 @@ def shape(name: str, given: Any) -> tuple[int, ...]:
 
 
 def _at(variable: Variable, given: Callable[[float], float], time: float) -> float:
-    """Return what a function of time gives."""
+    """Return the values of a function of time."""
     value = given(time)
     if type(value) is not float:
         value = value.item() if getattr(value, "size", 0) == 1 and hasattr(value, "item") else value

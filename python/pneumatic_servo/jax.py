@@ -33,7 +33,7 @@ __all__ = ["Run", "trajectory"]
 
 
 class Run(Function):
-    """A run as a function: ``run(parameters, inputs)`` returns what is recorded, of shape (outputs, rows).
+    """A run as a function: ``run(parameters, inputs)`` returns the outputs, of shape (outputs, rows).
 
     Attributes
     ----------
@@ -50,7 +50,7 @@ class Run(Function):
         self._call = _differentiable(made)
 
     def __call__(self, parameters: Any, inputs: Any) -> jax.Array:
-        """Return what is recorded, of shape (outputs, rows).
+        """Return the outputs, of shape (outputs, rows).
 
         Parameters
         ----------
@@ -149,7 +149,7 @@ def _differentiable(made: Trajectory) -> Callable[..., jax.Array]:
         stacked = [batching.bdim_at_front(array, axis, size) for array, axis in zip(arrays, axes, strict=True)]
         return jax.lax.map(lambda pair: push.bind(*pair), tuple(stacked)), 0
 
-    # Linear in what moves, with a transpose of its own: so both modes have one rule.
+    # Linear in the tangent, with a transpose of its own: so both modes have one rule.
     push = Primitive("run_tangent")
     push.def_impl(pushed)
     push.def_abstract_eval(lambda at, moved: jax.core.ShapedArray(of_run.shape, of_run.dtype))

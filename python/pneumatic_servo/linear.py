@@ -146,7 +146,7 @@ class Linearisation:
                 yield f"{name} = {value:.6g}{self._unit(name)}"
 
     def _unit(self, name: str) -> str:
-        """Return what a value of the operating point is in, for people."""
+        """Return the unit of a value of the operating point, for people."""
         variable = self.variables[name]
         unit = "" if variable.unit == "1" else f" {variable.unit}"
         if not self.is_scaled:
@@ -226,7 +226,7 @@ def linearise(
 
 
 def _settings(model: ModelDescription, simulation: Simulation) -> dict[str, Value]:
-    """Return what a run is given to begin at the present point, as far as its parameters and inputs go."""
+    """Return the parameters and inputs of a run that begins at the present point."""
     states = {f"{name}0": simulation.get_one(name) for name in simulation.states if f"{name}0" in model.parameters}
     return {**simulation._settings, **states, **{name: simulation.get_one(name) for name in model.inputs}}
 
@@ -241,7 +241,7 @@ def _sticks(point: OperatingPoint) -> bool:
 
 
 def _why(point: OperatingPoint) -> str:
-    """Say why an input has no effect, and what to do."""
+    """Say why an input has no effect, and the remedy."""
     stuck = "the carriage sticks, and " if _sticks(point) else ""
     return (
         f"{stuck}an input has none while the valve is in its dead zone, or within the play of its hysteresis; "

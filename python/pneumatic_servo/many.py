@@ -230,7 +230,7 @@ def _arrays(course: Courses) -> tuple[object, ...]:
 
 
 def check_same(earlier: Runs, runs: Sequence[Mapping[str, Value]], outputs: Sequence[str]) -> None:
-    """Refuse runs of another study, by what differs."""
+    """Refuse runs of another study, and name the difference."""
     if not isinstance(earlier, Runs):
         raise TypeError(f"resume must be the `finished` of runs that were interrupted, not {shortened(earlier)}")
     if list(earlier.variables) != list(outputs):

@@ -681,7 +681,7 @@ class Model(ModelDescription):
         self._native.start(list(settings.items()), 0.0)
 
     def _check(self, settings: Mapping[str, Value], where: str) -> None:
-        """Raise what a start refuses, with units."""
+        """Raise the refusal of a start, with units."""
         try:
             self._try(settings)
         except Refused as refused:
@@ -746,7 +746,7 @@ def _number_of_inputs(inputs: Mapping[str, Input]) -> int | None:
 
 
 def _raise(ended: BaseException, finished: Run | Runs) -> NoReturn:
-    """Raise what ended a run, with what was finished."""
+    """Raise the error that ended a run, with its finished part."""
     if isinstance(ended, KeyboardInterrupt):
         interrupted = Interrupted("interrupted")
         interrupted.finished = finished

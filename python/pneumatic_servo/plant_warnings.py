@@ -28,7 +28,7 @@ LATE = 1e-6
 def warn_notices(
     variables: Variables, noticed: Iterable[tuple[str, float, str]], given: Mapping[str, object], where: str = ""
 ) -> None:
-    """Warn of what the plant noticed: variable, value and remark; not of a default that is given, and so meant."""
+    """Pass the warnings of the plant on: variable, value and remark; not for a default that is given, and so meant."""
     for name, value, remark in noticed:
         variable = variables.get(name)
         if variable is not None and name in given and value == variable.default:
@@ -38,7 +38,7 @@ def warn_notices(
 
 
 def _meant(variable: Variable | None, value: float) -> str:
-    """Return what a pressure that is far too small may be in bar."""
+    """Return a guess in bar for a pressure that is far too small."""
     if variable is None or variable.unit != "Pa" or not 0.5 <= value < 1000.0:
         return ""
     unit = "bar" if value < 50.0 else "kPa"

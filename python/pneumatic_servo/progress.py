@@ -8,12 +8,12 @@ from contextlib import contextmanager
 from tqdm import tqdm
 
 Progress = bool | Callable[[int, int], None]
-"""True shows a bar on a terminal, False nothing; a function is called with what is done and what there is."""
+"""True shows a bar on a terminal, False nothing; a function is called with the finished part and the whole."""
 
 
 @contextmanager
 def shown(progress: Progress, label: str, total: int, unit: str) -> Iterator[Callable[[int], None] | None]:
-    """Yield what is told how much is done."""
+    """Yield an observer of the progress."""
     if callable(progress):
         yield lambda done: progress(done, total)
     elif not progress:

@@ -89,7 +89,7 @@ class Run:
         self._values = values
 
     def __getstate__(self) -> dict[str, object]:
-        # Inputs may be functions, which other processes do not know: what is sent there has no `vjp`.
+        # Inputs may be functions, which other processes do not know: a run that is sent there has no `vjp`.
         return {**self.__dict__, "_replay": None}
 
     RECORDED = "pneumatic_servo: inputs are those in force up to each row"

@@ -77,7 +77,7 @@ class Sensitivities:
     def of(
         cls, names: Sequence[str], followers: Followers, variables: Variables, time: Array, told: _native._Sensitivities
     ) -> Sensitivities:
-        """Return what the extension module tells by names and by the defaults that follow them."""
+        """Return derivatives by names, from the extension module's by names and by defaults that follow them."""
         values, lost, events = told
         leaders = [list(names).index(leader) for leader, _ in followers.values()]
         own = list(lost[: len(names)])
@@ -140,7 +140,7 @@ class Sensitivities:
 
 
 def along_leaders(names: Sequence[str], slopes: Array, followers: Followers) -> Array:
-    """Return derivatives by names, from those by names and followers: with a parameter varies what follows it."""
+    """Return derivatives by names, from derivatives by names and followers: defaults vary with the parameter."""
     found = np.array(slopes[: len(names)])
     for by_follower, (leader, slope) in zip(slopes[len(names) :], followers.values(), strict=True):
         found[list(names).index(leader)] += slope * by_follower
@@ -196,7 +196,7 @@ class Transition:
     def _of(
         cls, told: _native._Transition, inputs: Sequence[str], parameters: Sequence[str], outputs: Sequence[str]
     ) -> Transition:
-        """Return what the extension module tells of a step, with names."""
+        """Return the extension module's answer for a step, with names."""
         states, next_states, (a, b, c, d, p, q), lost = told
         columns = [*states, *inputs, *parameters]
         reasons = {columns[column]: NoDerivative(time, event, reason) for column, time, event, reason in lost}
@@ -224,7 +224,7 @@ class Transition:
         return replace(self, **columns, lost={name: lost for name, lost in self.lost.items() if name not in names})
 
     def along_leaders(self, parameters: Sequence[str], followers: Followers) -> Transition:
-        """Return the transition by parameters alone: with one varies what follows it, whose columns stand behind."""
+        """Return the transition by parameters alone: the columns of their followers, at the end, are added."""
         by = tuple(parameters)
         if by == self.parameters:
             return self

@@ -79,7 +79,7 @@ class Simulation:
         self._model = model
         self._settings = dict(settings)
         self._told: set[str] = set()
-        # Bound once, because loops call them every step; the methods of the class say what they do.
+        # Bound once, because loops call them every step; the methods of the class document them.
         self.__dict__.update(step=native.step, set_one=native.set_one, get_one=native.get)
 
     def step(self, size: float) -> None:
@@ -231,7 +231,7 @@ class Simulation:
         outputs: Sequence[str] = (),
         at_rest: AtRest = "mean",
     ) -> Transition:
-        """Integrate over a step of a size in s, and return what it does to small changes, exact through events.
+        """Integrate over a step of a size in s, and return its transition, exact through events.
 
         Parameters
         ----------
@@ -293,7 +293,7 @@ def transitions(
     at_rest: AtRest = "mean",
     workers: int | None = None,
 ) -> list[Transition]:
-    """Integrate many simulations over a step of a size in s, on all cores, and return what each step does.
+    """Integrate many simulations over a step of a size in s, on all cores, and return their transitions.
 
     A step and its `Transition` have the same bits as by `Simulation.transition`. Simulations may be of different laws
     and models, and at different times.
@@ -363,7 +363,7 @@ class _Asked:
     def told(
         self, simulation: Simulation, told: _native._Transition, followed: Sequence[str] | None = None
     ) -> Transition:
-        """Return what the extension module tells of a step, with names."""
+        """Return the extension module's answer for a step, with names."""
         own = simulation._followed(self.parameters)
         found = Transition._of(
             told, list(simulation._model.inputs), [*self.parameters, *(own if followed is None else followed)],

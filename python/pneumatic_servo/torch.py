@@ -29,7 +29,7 @@ __all__ = ["Run", "trajectory"]
 
 
 class Run(Function):
-    """A run as a function: ``run(parameters, inputs)`` returns what is recorded, of shape (outputs, rows).
+    """A run as a function: ``run(parameters, inputs)`` returns the outputs, of shape (outputs, rows).
 
     Attributes
     ----------
@@ -42,7 +42,7 @@ class Run(Function):
     """
 
     def __call__(self, parameters: torch.Tensor, inputs: torch.Tensor) -> torch.Tensor:
-        """Return what is recorded, of shape (outputs, rows), with 64 bits.
+        """Return the outputs, of shape (outputs, rows), with 64 bits.
 
         Parameters
         ----------

@@ -39,7 +39,7 @@ TOLERANCE = 1e-9
 
 
 class TrimError(ValueError):
-    """An operating point that cannot be found; the message says what does not come to rest."""
+    """An operating point that cannot be found; the message names the states that do not come to rest."""
 
 
 class OperatingPoint:
@@ -84,7 +84,7 @@ class OperatingPoint:
             raise TrimError(f"no operating point was found: {reason}")
 
     def _search(self, start: SavedState) -> str:
-        """Look for the point of what is held; return why it was not found, or nothing.
+        """Search the point under the held values; return why it was not found, or nothing.
 
         Around a dead zone Newton's method finds the way only from a valve that is open to the right side, so that it
         starts from several inputs, with the chambers as they are, then half filled.
@@ -103,7 +103,7 @@ class OperatingPoint:
         return lost or self._left(best)
 
     def _begin(self, start: SavedState, offset: float, filled: float) -> None:
-        """Go where Newton's method starts: to inputs, chambers filled by a share of the supply, and what follows."""
+        """Go to the start of Newton's method: inputs, chambers filled by a share of the supply, and consequences."""
         self.simulation.restore(start)
         inputs = self.simulation.get(self.free_inputs) + offset * self._nominal(self.free_inputs)
         self.simulation._put(self._named(self.free_inputs, inputs))
@@ -137,7 +137,7 @@ class OperatingPoint:
         self.held = {name: times * value if name in self.speeds else value for name, value in self.given.items()}
 
     def _left(self, residual: Array) -> str:
-        """Tell what does not come to rest."""
+        """Name the states that do not come to rest."""
         if not np.isfinite(residual).all():
             return "pressures or temperatures would have to vanish"
         worst = int(np.argmax(np.abs(residual)))

@@ -112,7 +112,7 @@ SPELLINGS = {
     "\u00b7": ".",
     "*": ".",
 }
-"""Other ways to write what stands in the names."""
+"""Other spellings of units in names."""
 
 NUMBER = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*", re.DOTALL)
 
@@ -133,7 +133,7 @@ def scale(unit: str, si: str, where: str) -> tuple[float, float]:
 
 
 def factor(unit: str, si: str, where: str) -> float:
-    """Return what values in a unit are multiplied with to be in an SI unit; `where` begins the message of an error."""
+    """Return the factor from a unit to an SI unit; `where` begins the message of an error."""
     return scale(unit, si, where)[0]
 
 

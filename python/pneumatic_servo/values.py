@@ -17,7 +17,7 @@ from pneumatic_servo.variables import Unit, Value, Variable, Variables
 
 
 def settings(argument: str, variables: Variables, given: Mapping[str, object] | None) -> dict[str, Value]:
-    """Return values by name as the plant takes them; what cannot be meant is refused by name, value and unit."""
+    """Return values by name as the plant takes them; impossible values are refused by name, value and unit."""
     return {name: value_of(variables, name, value) for name, value in mapping(argument, given).items()}
 
 
@@ -97,7 +97,7 @@ def is_number(given: object) -> bool:
 
 
 def check_range(variable: Variable, value: float, time: float | None = None) -> None:
-    """Refuse a value that is not finite or out of range; say what is right, and which unit may have been meant."""
+    """Refuse a value that is not finite or out of range; state the range, and the unit that may have been meant."""
     low, high = variable.minimum, variable.maximum
     if math.isfinite(value) and (low is None or value >= low) and (high is None or value <= high):
         return

@@ -92,7 +92,7 @@ class Variable:
 
     @staticmethod
     def of(description: Description) -> Variable:
-        """Read what the extension module says of a variable."""
+        """Read the description of a variable from the extension module."""
         items = description["items"]
         start = description["start"]
         default: Value | None = start

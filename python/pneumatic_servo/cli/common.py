@@ -25,7 +25,7 @@ class Renamed(argparse.Action):
     def __call__(
         self, parser: argparse.ArgumentParser, options: argparse.Namespace, given: Any, name: str | None = None
     ) -> None:
-        """Take the value, and say what the option is called now."""
+        """Take the value, and name the option that replaces this one."""
         new = self.option_strings[0]
         if name is not None and name != new and name in self.option_strings:
             print(
@@ -35,7 +35,7 @@ class Renamed(argparse.Action):
 
 
 def add_experiment(parser: argparse.ArgumentParser) -> None:
-    """Add what says which experiment is run."""
+    """Add the options of the experiment."""
     parser.add_argument(
         "csv", type=Path, help="inputs: a column `time` in s, and one per input in its SI unit or with it"
     )
@@ -86,12 +86,12 @@ def settings_of(model: Model, given: list[str], option: str = "--set") -> dict[s
 
 
 def words_of(given: Sequence[str]) -> list[str]:
-    """Return what was given by several options, or with commas, or both."""
+    """Return the values of several options, each with commas or without."""
     return [word.strip() for option in given for word in option.split(",") if word.strip()]
 
 
 def merged(settings: Mapping[str, Value], more: Mapping[str, Value], option: str) -> dict[str, Value]:
-    """Return settings of two options together; what both give must be the same."""
+    """Return settings of two options together; common settings must be the same."""
     for name, value in more.items():
         if settings.get(name, value) != value:
             raise ValueError(f"{option}: {name} is given twice, as {settings[name]} and as {value}")
@@ -99,7 +99,7 @@ def merged(settings: Mapping[str, Value], more: Mapping[str, Value], option: str
 
 
 def of_law(law: str | None) -> dict[str, Value]:
-    """Return what `--law` sets."""
+    """Return the setting of `--law`."""
     return {} if law is None else {"friction.law": law}
 
 

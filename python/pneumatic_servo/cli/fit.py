@@ -80,7 +80,7 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 
 def add_search(parser: argparse.ArgumentParser) -> None:
-    """Add the options of every fit: where the search starts, and what the measured signals are taken for."""
+    """Add the options of every fit: starts of the search, and errors of sensors."""
     parser.add_argument("--seed", type=int, default=0, metavar="N", help="seed of the random starts (default: 0)")
     parser.add_argument("--starts", type=int, default=32, metavar="N", help="number of random starts (default: 32)")
     parser.add_argument("--rated", type=float, default=1.0, metavar="N", help="normal force of load level 1, in N")
@@ -142,7 +142,7 @@ def run(options: argparse.Namespace) -> None:
 
 
 def known(experiment: str, given: list[str]) -> dict[str, Value]:
-    """Read known parameters, several to an option; also of sensors, and of a bench what its model does not have.
+    """Read known parameters, several to an option; also of sensors, and of a bench beyond its model.
 
     For the experiment `force` values with a unit stay as they are written: of a machine that rotates it is another.
     """

@@ -1,4 +1,4 @@
-"""Propose an excitation for a fit, and say what it will determine.
+"""Propose an excitation for a fit, and predict the intervals.
 
 Candidates are simulated with the start values of the free parameters; the one with the largest Fisher information is
 proposed, with the intervals to expect from usual sensors (10 um, 0.5 kPa; a force: 0.05 N).

@@ -1,4 +1,4 @@
-r"""Fit one machine to records of different days, and say what of it moves.
+r"""Fit one machine to records of different days, and name the parameters that change.
 
 What changes has a value for each record, what is shared has the same in all. Records are called as their files, so that
 names like 2026-01-15.csv are dates.

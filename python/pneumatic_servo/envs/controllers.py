@@ -12,7 +12,7 @@ from pneumatic_servo.variables import Value
 
 
 class PositionControllers:
-    """One `PositionController` per plant, which sees what the observations say: the baseline.
+    """One `PositionController` per plant, which has the observations alone: the baseline.
 
     Parameters
     ----------

@@ -88,7 +88,7 @@ class Window:
         self._figure.show()
 
     def update(self) -> None:
-        """Show what has moved."""
+        """Draw the moved parts."""
         self._figure.canvas.draw_idle()
         self._figure.canvas.flush_events()
 

@@ -230,7 +230,7 @@ class VectorPositioning(VectorEnv[Observation, NDArray[np.float32], NDArray[Any]
         outputs: Sequence[str] = (),
         at_rest: AtRest = "mean",
     ) -> list[tuple[Transition, ...]]:
-        """Return what the period to come does to small changes under actions, exact through stick and slip.
+        """Return the transition of the next period under actions, exact through stick and slip.
 
         The plants stay where they are; `step` with the same actions makes these very steps, unless an episode is over.
 
@@ -342,7 +342,7 @@ class _Fleet:
         self.native.restore(states)
 
     def asked(self, options: Mapping[str, Any] | None, known: Sequence[str]) -> Array | None:
-        """Return the targets in m that are asked for, if any are; what is not known is refused."""
+        """Return the given targets in m, if any; unknown options are refused."""
         for name in options or {}:
             if name not in known:
                 raise ValueError(
@@ -392,7 +392,7 @@ class _Fleet:
     def transitions(
         self, actions: Array, by: list[str], of: list[str], at_rest: AtRest
     ) -> list[tuple[Transition, ...]]:
-        """Return what a period under actions does to small changes, substep by substep."""
+        """Return the transitions of a period under actions, substep by substep."""
         size, count = self.task.period / self.task.substeps, self.task.substeps
         told = self.native.transitions(voltages(actions), size, count, by, of)
         found = [tuple(Transition._of(step, self.inputs, by, of) for step in steps) for steps in told]

@@ -1,4 +1,4 @@
-"""The positioning task: what is asked, what is seen, what is rewarded, and what varies between episodes."""
+"""The positioning task: targets, observations, rewards, and the variation between episodes."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ class Task:
         return Task(**given)
 
     def in_si(self, model: Model) -> Task:
-        """Return the same with numbers in SI units, from what may have units of its own."""
+        """Return the same with numbers in SI units, from values that may have units."""
         ranges = {}
         for name, ends in self.ranges.items():
             low, high = _pair(f"ranges: {name}", ends)
@@ -108,7 +108,7 @@ class Task:
         )  # fmt: skip
 
     def check(self, model: Model) -> None:
-        """Refuse what cannot be meant, before anything is drawn."""
+        """Refuse impossible values, before anything is drawn."""
         for law in (self.law, *(self.laws or ())):
             checked(model.parameters["friction.law"], law)
         for name in ("position0", "valveVoltage"):
@@ -134,7 +134,7 @@ class Task:
                 raise ValueError(f"{name} is given twice, among the ranges and among the parameters")
 
     def tell(self, model: Model) -> None:
-        """Warn of what is accepted, but hardly meant, as a single run does."""
+        """Warn of accepted values that are hardly meant, as a single run does."""
         stays = self.settings(model)
         ends = [{**stays, **{name: pair[end] for name, pair in self.ranges.items()}} for end in (0, 1)]
         runs = [{**own, "friction.law": law} for own in ends for law in self.laws or (str(stays["friction.law"]),)]
@@ -157,7 +157,7 @@ class Task:
         return float(value_of(model.variables, "cylinder.stroke", given))
 
     def settings(self, model: Model) -> dict[str, Value]:
-        """Return what all plants share."""
+        """Return the parameters that all plants share."""
         return {
             "friction.law": self.law or "Stribeck",
             "supplyPressure": 6e5,
@@ -195,7 +195,7 @@ def _pair(argument: str, given: Any) -> tuple[Any, Any]:
 
 
 def observations(stroke: float, seen: Array, targets: Array) -> NDArray[np.float32]:
-    """Scale what is seen of plants with a stroke in m, of shape (plants, 4), to observations of shape (plants, 5).
+    """Scale measurements of plants with a stroke in m, of shape (plants, 4), to observations of shape (plants, 5).
 
     Error and position in units of the stroke, velocity in m/s, pressures in 10 bar: within -1 and 1 while nothing
     unusual happens.
@@ -209,7 +209,7 @@ def observations(stroke: float, seen: Array, targets: Array) -> NDArray[np.float
 
 
 def voltages(actions: Array) -> Array:
-    """Turn actions from -1 to 1 into voltages from 0 to 10 V; what lies beyond is an end of the range."""
+    """Turn actions from -1 to 1 into voltages from 0 to 10 V, limited to this range."""
     return np.ascontiguousarray(5.0 + 5.0 * np.clip(actions, -1.0, 1.0), dtype=np.float64)
 
 
