@@ -35,7 +35,7 @@ from pneumatic_servo.identification.solve import sensitivities
 Array = NDArray[np.float64]
 
 USUAL = 0.2
-"""Deviation of what friction is expected to differ by from any law between conditions, before the data tell."""
+"""Prior standard deviation of the error of any law in a condition, relative to friction."""
 SPREADS = np.geomspace(1e-3, 1.0, 120)
 """Deviations tau that are looked at."""
 STEP = 0.01
@@ -63,7 +63,7 @@ class FrictionPrediction:
 
     @property
     def is_within(self) -> bool:
-        """Whether the interval of the prediction has what was measured."""
+        """Whether the interval of the prediction contains the measurement."""
         return self.low <= self.measured <= self.high
 
     @property
@@ -117,7 +117,7 @@ class SegmentResiduals:
         return SegmentResiduals(_by_signal(problem, residuals / weights), weights, residuals, own, basis)
 
     def without(self, column: Array) -> Array:
-        """Return a column without what beginnings can do."""
+        """Return a column, with the effects of start values projected out."""
         return np.asarray(column - self.basis @ (self.basis.T @ column))
 
 
@@ -209,7 +209,7 @@ def _predicted(
 
 @dataclass(frozen=True)
 class _Seen:
-    """A condition as far as the law could follow it: along what its parameters and the factor of friction can do.
+    """A condition along the effects of the parameters and of the factor of friction.
 
     Attributes
     ----------
@@ -252,7 +252,7 @@ class _Seen:
 def _likelihood(seen: Sequence[_Seen], tau: float, noise: float) -> tuple[Array, Array, float]:
     """Return the information about the parameters, its right side, and how likely the residuals are."""
     count = seen[0].derivatives.shape[1]
-    # Flat but for next to nothing, which holds what no condition tells.
+    # Nearly flat: it only bounds directions without information.
     whole, right, likely = 1e-9 * np.eye(count), np.zeros(count), 0.0
     for one in seen:
         variance = tau**2 * one.size + noise
@@ -338,6 +338,6 @@ def _measured(problem: Problem, left: SegmentResiduals, factor: Array) -> tuple[
 
 
 def _of_sensors(problem: Problem) -> list[int]:
-    """Return the places of what is free and none of the machine's."""
+    """Return the places of estimated parameters of sensors."""
     kinds = ("area", "gain", "offset", "delay", "lag")
     return [place for place, free in enumerate(problem.free) if free.name.partition(".")[0] in kinds]

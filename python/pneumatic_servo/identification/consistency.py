@@ -22,7 +22,7 @@ AWAY = 0.3
 UNLIKE = 1.5
 """Ratio of a velocity to the slope of its position, or its inverse, that shows another unit."""
 MISTAKEN = (("mm/s", 1e3), ("deg/s", 57.3), ("rpm", 9.55))
-"""Units of a velocity that are taken for the SI unit, and what it then is too large by."""
+"""Units of a velocity that are mistaken for the SI unit, with the factor of the error."""
 WIDTH = 0.04
 """Width in s of the parabolas that give velocities here."""
 CENTRE = 5.0

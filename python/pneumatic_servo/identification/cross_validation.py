@@ -68,7 +68,7 @@ class Case:
         return all(rms <= MISSED * self.fitted[signal] for signal, rms in self.rms.items())
 
     def said(self, units: Units) -> str:
-        """Return what the others predict of it, for people: friction, or what is left of each signal."""
+        """Return the prediction by the others, for people: friction, or the residual of each signal."""
         if self.friction is not None:
             return self.friction.said(units.of("N"))
         return ", ".join(
@@ -124,7 +124,7 @@ class CrossValidation:
         return found
 
     def as_list(self) -> list[dict[str, Any]]:
-        """Return the table as it is written to JSON: what is not finite, as an end that nothing tells, is null."""
+        """Return the table for JSON, with null for infinite ends and other values that are not finite."""
         return [
             {name: None if isinstance(cell, float) and not np.isfinite(cell) else cell
              for name, cell in zip(self.columns, row, strict=True)}
@@ -142,7 +142,7 @@ class CrossValidation:
         write_csv(Path(file), self.columns, self.rows())
 
     def plot(self) -> Figure:
-        """Draw friction in each condition, predicted by the others and measured; without friction, what is left."""
+        """Draw friction in each condition, predicted by the others and measured; without friction, residuals."""
         names = [case.condition.name for case in self.cases]
         with mpl.rc_context(STYLE):
             figure = Drawing(figsize=(WIDTH, 0.9 + 0.32 * len(names)), layout="constrained")
@@ -225,7 +225,7 @@ def _tells_friction(experiment: Experiment) -> bool:
 
 
 def _of_windows(problem: Problem, x: Array, places: Sequence[int]) -> tuple[Problem, Array]:
-    """Return the problem of some windows alone, and what of a vector is theirs."""
+    """Return the problem of some segments alone, and their part of a vector."""
     count = len(problem.free)
     ends = count + np.concatenate([[0], np.cumsum(problem.loose)]).astype(int)
     own = [x[:count], *(x[ends[place] : ends[place + 1]] for place in places)]

@@ -109,7 +109,7 @@ def _ranked(first: Fit, second: Fit, trials: list[Trial]) -> Telling:
 
 
 def _side(fit: Fit) -> tuple[Experiment, tuple[Free, ...]]:
-    """Return an experiment with what is known, and what is free from where it was fitted; sensors are taken as good."""
+    """Return an experiment with fixed and fitted values; sensors are taken as ideal."""
     experiment, table = fit.problem.experiment, fit.problem.experiment.table
     values = {name: value for name, value in fit.values.items() if name in table.variables}
     known = {name: value for name, value in experiment.settings.items() if name in table.variables}
@@ -122,7 +122,7 @@ def _distance(
     truth: tuple[Experiment, tuple[Free, ...]], rival: tuple[Experiment, tuple[Free, ...]], time: Array, course: Array,
     noises: Mapping[str, float],
 ) -> float | str:  # fmt: skip
-    """Return what the rival leaves of the truth, or why that cannot be simulated."""
+    """Return the residual of the true law under the rival, or why it cannot be simulated."""
     kind, free = truth
     record = imagined(kind, time, course, {one.name: one.start for one in free})
     if isinstance(record, str):
@@ -130,7 +130,7 @@ def _distance(
     sensors = {signal: Sensor(noises[signal]) for signal in kind.compared}
     if kind.name == "motion":
         problem = Problem.of(kind, [record], free, 0.0).seen_by(sensors)
-        # Nothing was measured there, so that the difference is what is simulated, turned.
+        # The measured signal is zero there, so the difference is minus the simulation.
         [[difference]] = problem.differences([problem.start])
         record = Record(record.name, time, 0.0, {**record.signals, **{name: -one for name, one in difference.items()}})
     other, others = rival

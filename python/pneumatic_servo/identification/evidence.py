@@ -114,7 +114,7 @@ class Evidence:
 
 
 def evidence(fits: Sequence[Fit], number: int = 1000, seed: int = 0) -> Evidence:
-    """Return what the data say of fits to them; see `Ranking.evidence`."""
+    """Return the evidence of the data for fits to them; see `Ranking.evidence`."""
     psislw = arviz_of().psislw
     whole_number("number", number, least=100)
     whole_number("seed", seed, least=0)
@@ -168,7 +168,7 @@ def _left_out(fit: Fit, number: int, seed: int, psislw: object) -> tuple[Array, 
 
 
 def _by_block(problem: Problem, vectors: Array, labels: NDArray[np.int64], blocks: int) -> Array:
-    """Return the logarithm of the density of what was measured, of shape (vectors, blocks)."""
+    """Return the logarithm of the density of the measurements, of shape (vectors, blocks)."""
     rows = []
     for differences in problem.stacked(list(vectors)):
         each = problem.by_sensor(Sensor.log_density, differences)

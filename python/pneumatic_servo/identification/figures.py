@@ -29,7 +29,7 @@ def shown(unit: str) -> tuple[str, float]:
 
 
 def overlay(residuals: Residuals) -> Figure:
-    """Draw measured and simulated signals over each other, and what remains, one pair of panels per signal."""
+    """Draw measured and simulated signals over each other, and residuals, one pair of panels per signal."""
     signals = residuals.signals
     with mpl.rc_context(STYLE):
         figure = Drawing(figsize=(WIDTH, 0.6 + HEIGHT * 2 * len(signals)), layout="constrained")
@@ -77,7 +77,7 @@ def worst_misfit(residuals: Residuals) -> Figure | None:
 
 
 def against(residuals: Residuals) -> Figure:
-    """Draw what remains against velocity and position, and its autocorrelation."""
+    """Draw residuals against velocity and position, and their autocorrelation."""
     signal = residuals.signals[0]
     unit, factor = shown(residuals.unit(signal))
     with mpl.rc_context(STYLE):

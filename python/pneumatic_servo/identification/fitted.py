@@ -1,4 +1,4 @@
-"""A fitted model: what a search has found, before anybody judges it."""
+"""A fitted model: the result of a search, before its verdict."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class Estimate:
 
 @dataclass(frozen=True)
 class Fitted:
-    """A fitted model as data. `Fit`, which everybody is given, says what each of it is."""
+    """A fitted model as data. `Fit`, the public class, documents its attributes."""
 
     converged: bool
     law: str

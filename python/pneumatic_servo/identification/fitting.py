@@ -307,7 +307,7 @@ def _with_posterior(found: Fit, fitted: Problem, x: Array, seed: int, executor: 
 
 
 def _told_early(problem: Problem, watch: Watch) -> list[str]:
-    """Say at once, not only after the search, what the data hardly tell."""
+    """Name parameters that are hardly identifiable before the search."""
     names = list(hidden(problem))
     if not names:
         return []
@@ -381,7 +381,7 @@ def make_experiment(
 
 
 def _check_sensors(experiment: Experiment) -> None:
-    """Refuse what is known of a sensor that has no part in the experiment."""
+    """Refuse settings of a sensor that has no part in the experiment."""
     for name in experiment.settings:
         if name in OF_SENSORS and name not in experiment.beside:
             there = ", ".join(dict.fromkeys(known.partition(".")[2] for known in experiment.beside if "." in known))
@@ -406,14 +406,14 @@ def _known(name: str, table: Model, settings: Parameters | None, units: Units) -
 
 
 def units_beside(name: str, units: Units) -> dict[str, str]:
-    """Return what may be known besides the parameters of the model, with its SI unit."""
+    """Return other quantities than parameters of the model that may be fixed, with SI units."""
     own = {f"gain.{signal}": units.of_gain(signal) for signal in SIGNALS if signal != "time"}
     own |= {f"offset.{signal}": units.of_signal(signal) for signal in SIGNALS if signal != "time"}
     return {**OF_SENSORS, **own, **{key: units.of(unit) for key, unit in OF_BENCH.get(name, {}).items()}}
 
 
 def free_parameters(experiment: Experiment, given: str | Sequence[str]) -> list[Free]:
-    """Return what is free."""
+    """Return the estimated parameters."""
     words = split(given) if isinstance(given, str) else checks.names("fit", given)
     if not words:
         every = [*usual(experiment.law, experiment.table, experiment.settings), *experiment.unknown]

@@ -81,7 +81,7 @@ class FreeForm:
 
 
 def free_form(fit: Fitted, residuals: Residuals) -> FreeForm | None:
-    """Return what free curves would leave; nothing where the data do not tell friction by themselves."""
+    """Return the residual of free curves; nothing where the data alone do not give friction."""
     samples = _samples(fit, residuals)
     if samples is None:
         return None

@@ -26,7 +26,7 @@ ELEMENTS = 10
 
 
 def started(problem: Problem) -> Problem:
-    """Return the problem with starts from the data for what the user gave no start for."""
+    """Return the problem with starts from the data for parameters without a given start."""
     values = {free.name: free.start for free in problem.free}
     if "area" in values and np.isnan(values["area"]):
         values["area"] = _area(problem)
@@ -72,7 +72,7 @@ def _levels(problem: Problem, values: dict[str, float]) -> dict[str, float]:
         "vd": fast, "deltaS": length, "z0": length, "Delta": length, "xe": length,
     }  # fmt: skip
     if problem.experiment.law == "Armstrong":
-        # There it is what static friction has beyond sliding friction.
+        # There it is the excess of static over sliding friction.
         levels["FsInf"] = statics - coulomb
     if problem.experiment.law == "BlimanSorine":
         levels |= {"f1": 3.0 * coulomb, "f2": 2.0 * coulomb}

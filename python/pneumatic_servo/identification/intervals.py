@@ -23,12 +23,12 @@ RANK = 1e-7
 """Singular values below this share of the largest are no information."""
 LEVEL = 0.95
 AT_BOUND = 1e-6
-"""Relative distance, of what the solver sees, at which a value is at its bound."""
+"""Relative distance, in scaled values, at which a value is at its bound."""
 
 
 @dataclass(frozen=True)
 class Certainty:
-    """Intervals and what belongs to them.
+    """Intervals, with correlations and bounds.
 
     Attributes
     ----------

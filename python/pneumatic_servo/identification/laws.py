@@ -57,7 +57,7 @@ class Ranking:
         ]  # fmt: skip
 
     def evidence(self, number: int = 1000, seed: int = 0) -> Evidence:
-        """Return what the fitted data say of each law, and whether they can tell it from the best.
+        """Return the evidence for each law, and whether the data distinguish it from the best.
 
         Stretches of time are left out by Pareto-smoothed weights of draws; see `Evidence`.
 
@@ -186,7 +186,7 @@ def compare_fits(
 
 
 def _shared(settings: Any, experiment: str, law: str) -> dict[str, Any]:
-    """Return what is known under all laws, from a mapping or an SSV file."""
+    """Return settings for all laws, from a mapping or an SSV file."""
     if isinstance(settings, Mapping):
         return dict(settings)
     return dict(make_experiment(experiment, law, settings, Options()).settings)
@@ -207,7 +207,7 @@ def _free(
     experiment: str,
     of_others: AbstractSet[str] = frozenset(),
 ) -> list[str]:
-    """Return what is free under a law: its own parameters and those that all laws share.
+    """Return the estimated parameters of a law: its own and the shared ones.
 
     What is named for all laws, say with bounds, counts instead of the same by default.
     """
@@ -228,12 +228,12 @@ def _of_others(law: str, laws: Sequence[str], experiment: str) -> set[str]:
 
 
 def _last_if_nan(value: float) -> float:
-    """Return what sorts a law whose fitted values cannot be simulated behind all others."""
+    """Return the sort key; a law whose fitted values cannot be simulated comes last."""
     return math.inf if math.isnan(value) else value
 
 
 def _total(found: Fit, first: Fit, *, held: bool) -> float:
-    """Root mean square over the signals, each in units of what the first law leaves of it."""
+    """Root mean square over the signals, each relative to the residual of the first law."""
     rms, reference = (found.validation_rms, first.validation_rms) if held else (found.rms, first.rms)
     squares = [(rms[name] / max(reference[name], 1e-300)) ** 2 for name in reference]
     return float((sum(squares) / max(1, len(squares))) ** 0.5)

@@ -1,4 +1,4 @@
-"""An excitation that tells most, proposed by the Fisher information of what would be measured."""
+"""The most informative excitation, by the Fisher information of the predicted measurements."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ class Excitation:
 
 @dataclass(frozen=True)
 class Candidate(Excitation):
-    """An excitation and what it would determine.
+    """An excitation and the intervals that it would give.
 
     Attributes
     ----------
@@ -210,7 +210,7 @@ def sensed(experiment: str, law: str, settings: Parameters | None) -> Experiment
 
 
 def excitations(experiment: str, duration: float, step: float, stroke: float) -> tuple[Array, str, dict[str, Array]]:
-    """Return times, the input that is driven, and its courses by what they are, in words."""
+    """Return times, the driven input, and its courses by their descriptions."""
     duration, step = quantities.seconds("duration", duration), quantities.seconds("step", step)
     stroke = quantities.number_in("m", "stroke", stroke)
     if not duration >= 100 * step > 0.0:
@@ -240,7 +240,7 @@ class _Judge:
     jac: str
 
     def __call__(self, candidate: tuple[str, Array]) -> Candidate | str:
-        """Return what an excitation would determine, or why it cannot be simulated."""
+        """Return the intervals of an excitation, or why it cannot be simulated."""
         name, course = candidate
         values = {parameter.name: parameter.start for parameter in self.free}
         record = imagined(self.kind, self.time, course, values)
@@ -273,7 +273,7 @@ def _ranked(candidates: Sequence[Candidate]) -> tuple[Candidate, ...]:
 
 
 def noises_of(given: Mapping[str, Any]) -> dict[str, float]:
-    """Return standard deviations in SI units; what no sensor has is refused."""
+    """Return standard deviations in SI units; impossible ones are refused."""
     found = {}
     for signal, value in given.items():
         if signal not in NOISE:
@@ -325,7 +325,7 @@ def positions(time: Array, stroke: float) -> dict[str, Array]:
 
 
 def imagined(kind: Experiment, time: Array, course: Array, values: Mapping[str, float]) -> Record | str:
-    """Return what would be measured, or why the simulation cannot go on."""
+    """Return the predicted measurements, or why the simulation cannot go on."""
     step = float(time[1])
     if kind.name == "motion":
         return Record("plan", time, 0.0, {"position": course, "frictionForce": np.zeros_like(course)})

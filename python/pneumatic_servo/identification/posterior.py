@@ -1,4 +1,4 @@
-"""Draws from the posterior of a fit, and what they predict; `sampling` makes them."""
+"""Samples of the posterior of a fit, and their predictions; `sampling` makes them."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ MIXED = 1.05
 
 @dataclass(frozen=True)
 class Posterior:
-    """Draws from the posterior.
+    """Samples of the posterior.
 
     Attributes
     ----------
@@ -157,7 +157,7 @@ class Posterior:
 
 
 def _asked(runs: Runs, inputs: Mapping[str, Any]) -> dict[str, Array]:
-    """Return what runs were asked: inputs that were given as numbers, and the courses that were recorded."""
+    """Return the inputs of the runs: constant ones, and recorded courses."""
     found = {name: np.asarray(given, dtype=np.float64) for name, given in inputs.items() if _is_number(given)}
     found |= {name: np.asarray(runs[name]) for name in runs.variables}
     if "position" in found and "velocity" not in found:

@@ -1,4 +1,4 @@
-"""A problem: data, what is given, what is compared, what is free."""
+"""A problem: data, given and compared signals, estimated parameters."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ from pneumatic_servo.variables import Value
 
 Array = NDArray[np.float64]
 Vectors = Sequence[tuple[Mapping[str, float], Sequence[Mapping[str, float]]]]
-"""Values of the free parameters, and what each window begins with, for each vector."""
+"""Values of the estimated parameters, and start values of each segment, for each vector."""
 
 STEP = 1e-3
-"""Step of the differences that make the Jacobian, in scaled parameters, unless noise is smaller than what it moves."""
+"""Step of the differences that make the Jacobian, in scaled parameters, unless its effect exceeds the noise."""
 
 TOLERANCE = 1e-6
 """Relative tolerance of the solver at which differences of runs are differences of parameters."""
@@ -132,7 +132,7 @@ class Problem:
         return {**self.experiment.held, **fitted}
 
     def begins(self, x: Array) -> list[dict[str, float]]:
-        """Return what each window begins with."""
+        """Return the start values of each segment."""
         begins = [dict(window.begin.values) for window in self.windows]
         if len(x) > len(self.free):
             inner = iter(x[len(self.free) :])
@@ -306,7 +306,7 @@ class Problem:
         return np.array(rows)
 
     def by_sensor(self, of: Callable[[Sensor, Array], Array], stacked: Array) -> Array:
-        """Return what sensors make of differences in the order of `stacked`."""
+        """Return the readings' residuals of differences in the order of `stacked`."""
         parts, first = [], 0
         for window in self.windows:
             for signal in self.experiment.compared:
@@ -321,7 +321,7 @@ class Problem:
         return np.asarray(np.nan_to_num(np.array(rows), nan=FAILED, posinf=FAILED, neginf=-FAILED))
 
     def pulls(self, x: Array) -> Array:
-        """Return what draws parameters without bounds to their starts, as residuals, of shape (vector,).
+        """Return the priors of parameters without bounds as residuals, of shape (vector,).
 
         Too weak to be felt where the data tell a value, it keeps those that they do not tell from going astray, to
         where a hair less is left of the noise and everything is wrong with other data.
@@ -338,7 +338,7 @@ class Problem:
         return self.pulls(self.start + 1.0)
 
     def likely_sensors(self, x: Array) -> dict[str, Sensor]:
-        """Return sensors with the noise that makes what a vector leaves of their signals most likely."""
+        """Return sensors with the noise under which the residuals of a vector are most likely."""
         [differences] = self.differences([x])
         found = {}
         for signal, sensor in self.sensors.items():
@@ -431,7 +431,7 @@ class Problem:
         )
 
     def settings_of(self, window: Window, values: Mapping[str, float], begin: Mapping[str, float]) -> dict[str, Value]:
-        """Return what the run of a window is given: its beginning, and what is known or free."""
+        """Return the settings of the run of a segment: its start, and fixed and estimated values."""
         # The load level multiplies all friction but the viscous one.
         viscous = [] if self.scale == 1.0 else viscous_of(self.experiment.law, self.experiment.table)
         scaled = {name: self.scale * self.experiment.value(name, values) for name in viscous}
@@ -449,7 +449,7 @@ class Problem:
         predicted = self.experiment.predict(window, outputs, values)
         differences = {}
         for signal, course in predicted.items():
-            # A sensor that is late shows what was true before.
+            # A late sensor shows earlier true values.
             delay = self.experiment.beside_value(f"delay.{signal}", values, 0.0)
             passed = self.experiment.filtered(signal, course, self.clock * record.step, values)
             seen = np.interp(record.time - delay / self.clock, record.grid, passed)
@@ -458,7 +458,7 @@ class Problem:
 
 
 def check_jac(jac: str) -> None:
-    """Refuse what no Jacobian is made of."""
+    """Refuse unknown kinds of Jacobians."""
     if jac not in JACOBIANS:
         raise ValueError(f"{quoted('jac', jac)}: it must be {' or '.join(JACOBIANS)}")
 

@@ -1,4 +1,4 @@
-"""The range of what was fitted, and what lies beyond it.
+"""The range of the fitted data, and questions beyond it.
 
 A law says nothing of pressures, speeds and voltages that its data have not seen: its values may hold there, or not.
 """
@@ -83,11 +83,11 @@ def asked_of(problem: Problem, x: Array) -> dict[str, Array]:
 
 
 def _courses(problem: Problem, x: Array, of: Callable[[Window], Mask]) -> dict[str, Array]:
-    """Return the samples of what the model is asked at, in SI units."""
+    """Return the samples of a question, in SI units."""
     experiment = problem.experiment
     asked = set(experiment.signals) - {"time", "frictionForce"}
     if not isinstance(experiment, OfCylinder):
-        # A bench counts its positions from anywhere, and what it compares is an answer.
+        # A bench counts its positions from anywhere, and its compared signals are answers.
         asked -= {"position", *(signal for signal in experiment.compared if signal != "velocity")}
     found: dict[str, Array] = {}
     for signal in sorted(asked - {"velocity"}):

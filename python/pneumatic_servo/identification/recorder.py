@@ -50,7 +50,7 @@ ASKED = ("time", "valveVoltage", "supplyPressure")
 
 
 def check(source: Measured, units: Units) -> list[str]:
-    """Warn of what a recorder has likely done to a table; return notes of what does no harm.
+    """Warn of likely effects of a recorder on a table; return notes of harmless ones.
 
     Warns
     -----

@@ -67,7 +67,7 @@ class Record:
 
 
 def load(data: Iterable[Measured | Any], columns: Mapping[str, Column] | None = None) -> tuple[list[Record], list[str]]:
-    """Split what was measured at gaps; return the records, and notes on what was left out."""
+    """Split the measurements at gaps; return the records, and notes on omitted parts."""
     records: list[Record] = []
     notes: list[str] = []
     for number, given in enumerate(data, start=1):

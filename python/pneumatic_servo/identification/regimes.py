@@ -20,7 +20,7 @@ Array = NDArray[np.float64]
 FEWEST = 20
 """Samples, and pairs of samples, without which nothing is said of a regime."""
 LAGS = 20
-"""Distances in samples over which what is left is looked at."""
+"""Lags in samples at which residuals are correlated."""
 DOUBT = 1e-3
 """Probability below which noise is no explanation: five regimes of three signals are rarely doubted by chance."""
 WEAK = 0.2
@@ -50,7 +50,7 @@ class Regime:
 
 
 def regimes(residuals: Residuals, signal: str) -> tuple[Regime, ...]:
-    """Return what is left of a signal in each kind of motion of which there are enough samples."""
+    """Return the residual of a signal in each kind of motion with enough samples."""
     step = residuals.problem.sensors[signal].step
     found = []
     for name, masks in residuals.kinds.items():
@@ -63,13 +63,13 @@ def regimes(residuals: Residuals, signal: str) -> tuple[Regime, ...]:
         if len(rest) < FEWEST:
             continue
         rms = float(np.sqrt(np.mean(rest**2)))
-        # A converter rounds what hardly moves always to the same side, which is no fault of the law.
+        # A converter rounds a nearly constant signal always to the same side, which is no fault of the law.
         found.append(Regime(name, len(rest), rms, rms <= 0.5 * step or is_white(courses)))
     return tuple(found)
 
 
 def is_white(courses: list[Array]) -> bool:
-    """Tell whether courses look like noise about 0; what is NaN in them is left out, with all pairs it is part of."""
+    """Tell whether courses look like noise about 0; NaN values are omitted, with all their pairs."""
     every = np.concatenate(courses)
     power = float(np.nanmean(every**2))
     if power == 0.0:

@@ -1,4 +1,4 @@
-"""A fit as a page: tables, figures, and what was done to the data, in one file."""
+"""A fit as a page: tables, figures, and the treatment of the data, in one file."""
 
 from __future__ import annotations
 

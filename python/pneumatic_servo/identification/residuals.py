@@ -72,7 +72,7 @@ class Residuals:
             before += float(window.record.time[-1] + window.record.step)
 
     def all(self, signal: str) -> Array:
-        """Return what remains of a signal in all windows."""
+        """Return the residuals of a signal in all segments."""
         parts = [d[signal][w.used] for w, d in zip(self.windows, self.differences, strict=True)]
         return np.concatenate(parts)
 
@@ -107,7 +107,7 @@ class Residuals:
         return np.concatenate(parts)
 
     def correlation(self, signal: str) -> Array:
-        """Return the autocorrelation of what remains, within the windows."""
+        """Return the autocorrelation of the residuals, within the segments."""
         lags = min(LAGS, min(int(np.sum(window.used)) for window in self.windows if np.any(window.used)) // 2)
         total = np.zeros(lags + 1)
         for window, difference in zip(self.windows, self.differences, strict=True):
@@ -117,7 +117,7 @@ class Residuals:
         return np.asarray(total / total[0]) if total[0] > 0.0 else total
 
     def limit(self, signal: str) -> float:
-        """Return what 95 % of the autocorrelations of white noise stay below."""
+        """Return the 95 % bound of the autocorrelations of white noise."""
         return float(1.96 / np.sqrt(max(1, len(self.all(signal)))))
 
     def is_white(self, signal: str) -> bool:

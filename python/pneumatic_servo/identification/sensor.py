@@ -15,7 +15,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Sensor:
-    """A sensor with normal noise, and perhaps a converter that rounds what it reads.
+    """A sensor with normal noise, and perhaps a converter that rounds its readings.
 
     The rounding errors of a carriage at rest are all the same, so that least squares would take them for motion. A
     reading of a coarse converter says only between which two values the noisy signal was:
@@ -53,7 +53,7 @@ class Sensor:
         return Sensor(*_native.with_noise_of(self.numbers, differences))
 
     def residuals(self, differences: Array) -> Array:
-        """Return what least squares may add up: the signed root of twice what the logarithm of P lacks to its best."""
+        """Return the summands of least squares: the signed root of twice the deficit of log P to its maximum."""
         return self._at("residual", differences)
 
     def slopes(self, differences: Array) -> Array:
@@ -65,7 +65,7 @@ class Sensor:
         return self._at("score", differences)
 
     def weights(self, differences: Array) -> Array:
-        """Return the roots of the information that a reading is expected to have about what is simulated."""
+        """Return the roots of the expected information of a reading about the simulation."""
         return self._at("weight", differences)
 
     def log_density(self, differences: Array) -> Array:

@@ -1,4 +1,4 @@
-"""One machine over months: what of it moves, and what stays.
+"""One machine over months: changing and constant parameters.
 
 Every record is fitted alone first. From there all are fitted together, by Gauss-Newton steps in which shared parameters
 have one value and each record has its own of what may change, and of what its windows begin with.
@@ -92,11 +92,11 @@ class Series:
         ]
 
     def to_csv(self, file: str | Path) -> None:
-        """Write the table of what may change."""
+        """Write the table of changing parameters."""
         write_csv(Path(file), COLUMNS, self.rows())
 
     def plot(self) -> Figure:
-        """Draw what may change over the records, with 95 % intervals; what moves is red."""
+        """Draw changing parameters over the records, with 95 % intervals; moving ones are red."""
         places, is_text = _places(self.labels)
         with mpl.rc_context(STYLE):
             figure = Drawing(figsize=(WIDTH, 0.8 + HEIGHT * len(self.changing)), layout="constrained")
@@ -264,7 +264,7 @@ def _joint(problems: Sequence[Problem], alone: Sequence[Array], common: int) -> 
 
 
 def _residuals(problem: Problem, x: Array, common: int, records: int) -> Array:
-    """Return the residuals of a record; what draws shared parameters counts once in all records together."""
+    """Return the residuals of a record; priors of shared parameters count once in all records together."""
     [found] = problem.residuals([x])
     return np.concatenate([found, _weights(x, common, records) * problem.pulls(x)])
 
@@ -303,7 +303,7 @@ def _within(problem: Problem, x: Array) -> Array:
 
 
 def _linearised(problems: Sequence[Problem], vectors: Sequence[Array], common: int) -> Linearised:
-    """Return all records about the solution: columns of what is shared, and of each record's own then."""
+    """Return all records about the solution: columns of shared parameters, then of each record's own."""
     parts = [linearised(problem, x) for problem, x in zip(problems, vectors, strict=True)]
     own = parts[0].derivatives.shape[1] - common
     rows, blocks, before = [], [], 0
@@ -326,7 +326,7 @@ def _widened(spread: Array, factors: Array) -> Array:
 
 
 def _constant(values: Array, spread: Array) -> float:
-    """Return how likely it is that values differ as much, if what they err by has a covariance and all are the same."""
+    """Return the p-value of differences among values, given the covariance of their errors."""
     differences = np.eye(len(values))[1:] - np.eye(len(values))[0]
     moved = differences @ values
     statistic = moved @ np.linalg.pinv(differences @ spread @ differences.T, hermitian=True) @ moved

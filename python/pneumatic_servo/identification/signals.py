@@ -55,17 +55,17 @@ class Units:
     readings: Mapping[str, str] = field(default_factory=dict)
 
     def of(self, unit: str) -> str:
-        """Return what is said in place of a unit of the model."""
+        """Return a unit of the model, or its counterpart of a rotating machine."""
         return ROTATING.get(unit, unit) if self.is_rotating else unit
 
     def of_signal(self, signal: str) -> str:
-        """Return the SI unit of what is read of a signal."""
+        """Return the SI unit of the readings of a signal."""
         # The force that loads a bearing is one in N.
         own = SIGNALS[signal] if signal == "normalForce" else self.of(SIGNALS[signal])
         return self.readings.get(signal, own)
 
     def of_gain(self, signal: str) -> str:
-        """Return the unit of what a reading is multiplied by."""
+        """Return the unit of the gain of a reading."""
         return GAINS.get((self.of(SIGNALS[signal]), self.of_signal(signal)), "1")
 
     @property

@@ -35,7 +35,7 @@ def smooth(values: Array, step: float, width: float) -> Array:
 
 
 def low_pass(values: Array, step: float, lag: float) -> Array:
-    """Return what a filter of first order, whose time constant in s is the lag, makes of equidistant samples.
+    """Return equidistant samples after a filter of first order, whose time constant in s is the lag.
 
     The signal is on straight lines between them, for which this is exact, and has been what it begins with before.
     """
@@ -43,7 +43,7 @@ def low_pass(values: Array, step: float, lag: float) -> Array:
 
 
 def follow(values: Array, play: float) -> Array:
-    """Return what follows a signal with a play: it rests while the signal stays within the play about it.
+    """Return a signal after a backlash: it rests while the signal stays within the play about it.
 
     A jitter smaller than the play becomes rest; a motion is followed at the distance of the play.
     """

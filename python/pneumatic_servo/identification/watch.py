@@ -14,7 +14,7 @@ from tqdm import tqdm
 Array = NDArray[np.float64]
 
 Told = bool | Callable[[str], None]
-"""Whether to show what is being done, or what is told it."""
+"""Whether to show progress, or the function that is told it."""
 QUIET = 10.0
 """Interval in s of lines of progress where there is no terminal."""
 
@@ -86,7 +86,7 @@ def told(progress: Told, watch: Watch) -> Iterator[None]:
 
 
 def _lines(label: str) -> Callable[[str], None]:
-    """Return what writes a line every now and then."""
+    """Return a function that writes a line every now and then."""
     begun = last = time.monotonic()
 
     def tell(text: str) -> None:

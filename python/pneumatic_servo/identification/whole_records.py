@@ -85,7 +85,7 @@ def _uncut(experiment: Pushed) -> Pushed:
 
 
 def _balanced(whole: Problem) -> list[Free] | None:
-    """Return what is free where the forces along the measured motion are best in balance."""
+    """Return the estimated parameters that best balance the forces along the measured motion."""
     assert isinstance(whole.experiment, Pushed)
     balance = Balance(whole.experiment)
     windows = [balance.window_of(window.record, window.held) for window in whole.windows]

@@ -107,7 +107,7 @@ class Balance(Experiment):
         }  # fmt: skip
 
     def predict(self, window: Window, outputs: Mapping[str, Array], values: Values) -> dict[str, Array]:
-        """Return what the balance lacks, turned, so that it is simulated.
+        """Return minus the residual of the balance, which takes the place of a simulation.
 
         Friction is taken in the middle of each step: at its ends the velocity leaps, and damping with it.
         """

@@ -42,7 +42,7 @@ class Beginning:
     loose: tuple[str, ...] = ()
 
     def without(self, names: Container[str]) -> Beginning:
-        """Return the beginning without what is known or free otherwise."""
+        """Return the start values without those fixed or estimated elsewhere."""
         values = {name: value for name, value in self.values.items() if name not in names}
         return Beginning(values, tuple(name for name in self.loose if name not in names))
 
@@ -187,7 +187,7 @@ class Experiment(ABC):
         """Return the model that is simulated."""
 
     def use(self, signals: Iterable[str]) -> None:
-        """Take notice of what is measured; refuse too little."""
+        """Take the measured signals; refuse too few."""
         self.signals = frozenset(signals)
         missing = [signal for signal in self.required if signal not in self.signals]
         if missing:
@@ -229,10 +229,10 @@ class Experiment(ABC):
 
     @abstractmethod
     def prepare(self, record: Record) -> tuple[Mapping[str, Array], NDArray[np.bool_]]:
-        """Return what is made of a record once, and which samples are compared."""
+        """Return the prepared signals of a record, and the compared samples."""
 
     def begin(self, record: Record, driven: Mapping[str, Array]) -> Beginning:
-        """Return what the simulation of a part begins with."""
+        """Return the start values of the simulation of a part."""
         return Beginning()
 
     @abstractmethod
@@ -241,7 +241,7 @@ class Experiment(ABC):
 
     @abstractmethod
     def start(self, window: Window, values: Values) -> dict[str, Value]:
-        """Return the settings of a run, besides what its window begins with."""
+        """Return the settings of a run, without the start values of its segment."""
 
     def predict(self, window: Window, outputs: Mapping[str, Array], values: Values) -> dict[str, Array]:
         """Return the compared signals at the communication points."""
@@ -274,17 +274,17 @@ class Experiment(ABC):
         return float(known)
 
     def true(self, signal: str, reading: Array, values: Values) -> Array:
-        """Return what a sensor has read without its gain and its offset."""
+        """Return the readings of a sensor, corrected by its gain and its offset."""
         gain = self.beside_value(f"gain.{signal}", values, 1.0)
         offset = self.beside_value(f"offset.{signal}", values, 0.0)
         return reading if gain == 1.0 and offset == 0.0 else gain * (reading - offset)
 
     def given(self, window: Window, signal: str, values: Values) -> Array:
-        """Return what was true of a measured signal at the communication points."""
+        """Return the true values of a measured signal at the communication points."""
         return self.true(signal, self.reading(window, signal, signal, values), values)
 
     def reading(self, window: Window, name: str, signal: str, values: Values) -> Array:
-        """Return what was made of a signal, under a name, as it is read after the delay of its sensor."""
+        """Return a prepared signal, by its name, as read after the delay of its sensor."""
         delay = f"delay.{signal}"
         if delay not in values and delay not in self.settings:
             return window.driven[name]
@@ -296,13 +296,13 @@ class Experiment(ABC):
         return truth if lag == 0.0 else low_pass(truth, step, lag)
 
     def read(self, signal: str, truth: Array, values: Values) -> Array:
-        """Return what a sensor reads of what is true."""
+        """Return the readings of true values."""
         gain = self.beside_value(f"gain.{signal}", values, 1.0)
         seen = truth if gain == 1.0 else truth / gain
         return seen + self.beside_value(f"offset.{signal}", values, 0.0)
 
     def corrected(self, begin: Beginning) -> Beginning:
-        """Return a beginning of readings as what is true, as far as gains and offsets of sensors are known."""
+        """Return true start values from readings, as far as gains and offsets of sensors are known."""
         values = dict(begin.values)
         for name in values:
             if name == "velocity0" and "velocity" not in self.signals:
@@ -321,7 +321,7 @@ class Experiment(ABC):
         return {}
 
     def of_model(self, values: Values) -> dict[str, Value]:
-        """Return what of the settings and the free parameters the simulated model has."""
+        """Return the settings and estimated parameters that the simulated model has."""
         both: dict[str, Value] = {**self.settings, **values}
         inputs = set(self.simulated.inputs) - self.signals
         return {name: value for name, value in both.items() if name in self.simulated.parameters or name in inputs}

@@ -51,7 +51,7 @@ class OfCylinder(Experiment):
         return applied
 
     def measured_inputs(self, window: Window, signals: Iterable[str], values: Values) -> dict[str, Array]:
-        """Return what was given to the rig; over a step on a straight line its mean."""
+        """Return the inputs of the rig; over a step on a straight line their mean."""
         given = {s: self.given(window, s, values) for s in signals if s in window.driven}
         if self.options.inputs == "held":
             return given
@@ -62,7 +62,7 @@ class OfCylinder(Experiment):
         return {signal: record.on_grid(signal) for signal in record.signals}
 
     def begin_motion(self, record: Record) -> Beginning:
-        """Begin with the smoothed position and its slope; a carriage at rest does not move by what is exactly 0."""
+        """Begin with the smoothed position and its slope; at rest the slope is exactly 0."""
         return position.begin(record, self.options.width)
 
     def resting(self, record: Record) -> NDArray[np.bool_]:
@@ -72,7 +72,7 @@ class OfCylinder(Experiment):
         return position.resting(record, self.options.width)
 
     def forces(self, window: Window, values: Values) -> tuple[Array, Array, Array] | None:
-        """Return velocity, what acceleration leaves of the pressure force, and the load level, while moving."""
+        """Return velocity, pressure force minus inertial force, and the load level, while moving."""
         needed = {"position", "chamberA.pressure", "chamberB.pressure"}
         if not needed <= set(window.record.signals):
             return None
@@ -95,10 +95,10 @@ class OfCylinder(Experiment):
 
 
 def middle(values: Array) -> Array:
-    """Return what a signal is in the middle of the step that begins at each point."""
+    """Return a signal in the middle of the step that begins at each point."""
     return np.append(0.5 * (values[1:] + values[:-1]), values[-1])
 
 
 def first(values: Mapping[str, Array], signal: str, number: int) -> float:
-    """Return what a signal begins with, from its first samples."""
+    """Return the start value of a signal, from its first samples."""
     return float(np.mean(values[signal][:number]))

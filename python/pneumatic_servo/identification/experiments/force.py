@@ -24,7 +24,7 @@ from pneumatic_servo.variables import Value
 Array = NDArray[np.float64]
 
 FEWEST = 30
-"""Fewest samples of a window, unless another length is given: what it begins with is fitted along."""
+"""Fewest samples of a window, unless another length is given: its start values are estimated as well."""
 COMPARED = ("position", "velocity")
 
 
@@ -48,7 +48,7 @@ class Force(Pushed):
         return Model("FrictionBench")
 
     def use(self, signals: object) -> None:
-        """Take notice of what is measured; refuse too little."""
+        """Take the measured signals; refuse too few."""
         super().use(signals)  # type: ignore[arg-type]
         if not self.signals & set(COMPARED):
             raise ValueError(f"{quoted('experiment', 'force')} needs a column for position or velocity")
@@ -75,7 +75,7 @@ class Force(Pushed):
 
     @property
     def beside(self) -> Mapping[str, str]:
-        """Incline and spring, which the bench does not have; what rotates is not heavier on one side."""
+        """Incline and spring, which the bench does not have; rotating masses are balanced."""
         own = {} if self.units.is_rotating else {"incline": "rad"}
         if "position" in self.signals:
             own |= {"spring": self.units.of("N/m"), "springRest": self.units.of("m")}
@@ -140,11 +140,11 @@ class Force(Pushed):
         return {"appliedForce": given, "friction.level": self.level(window, values)}
 
     def start(self, window: Window, values: Values) -> dict[str, Value]:
-        """Return what is known or fitted."""
+        """Return the fixed and fitted values."""
         return {**self.of_model(values), "friction.law": self.law, "bench.drive": "Free", "driveVelocity": 0.0}
 
     def forces(self, window: Window, values: Values) -> tuple[Array, Array, Array]:
-        """Return velocity, what acceleration leaves of the force, and the load level."""
+        """Return velocity, force minus inertial force, and the load level."""
         speed, acceleration = self._motion(window.record)
         friction = self.applied(window, values) - self.value("mass", values) * acceleration
         return speed, friction, self.level(window, values)

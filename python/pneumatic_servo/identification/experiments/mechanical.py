@@ -84,7 +84,7 @@ class Mechanical(OfCylinder, Pushed):
         return {"appliedForce": middle(self.applied(window, values)), "friction.level": self.level(window, values)}
 
     def start(self, window: Window, values: Values) -> dict[str, Value]:
-        """Return what is known or fitted."""
+        """Return the fixed and fitted values."""
         return {
             **self.of_model(values), "friction.law": self.law, "bench.drive": "Free", "driveVelocity": 0.0,
             "mass": self.value("mass.moving", values),

@@ -35,7 +35,7 @@ class Motion(Experiment):
         return Model("FrictionBench")
 
     def use(self, signals: object) -> None:
-        """Take notice of what is measured; refuse too little."""
+        """Take the measured signals; refuse too few."""
         super().use(signals)  # type: ignore[arg-type]
         if not self.signals & {"position", "velocity"}:
             raise ValueError(f"{quoted('experiment', 'motion')} needs a column for position or velocity")

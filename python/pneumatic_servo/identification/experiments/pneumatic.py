@@ -40,7 +40,7 @@ class Pneumatic(OfCylinder):
         return tuple(signal for signal in ("position", "valveVoltage", "supplyPressure") if signal in self.signals)
 
     def prepare(self, record: Record) -> tuple[Mapping[str, Array], NDArray[np.bool_]]:
-        """Smooth the position; the slopes of what is left carry the carriage."""
+        """Smooth the position; its slopes move the carriage."""
         width = self.options.width
         driven = self.grids(record)
         path = position.smoothed(record, width)
@@ -67,7 +67,7 @@ class Pneumatic(OfCylinder):
         return inputs
 
     def start(self, window: Window, values: Values) -> dict[str, Value]:
-        """Return what is known or fitted, with a beginning on the path."""
+        """Return the fixed and fitted values, with a start on the path."""
         path = self.true("position", self.reading(window, "path", "position", values), values)
         begin = {"position0": float(path[0]), "velocity0": float(self._slope(window, "speed", values)[0])}
         return {**begin, **self.of_model(values), "mass.moving": MASS, "friction.law": "None", "incline": 0.0}

@@ -41,7 +41,7 @@ def start_velocity(record: Record, width: float) -> float:
 
 
 def begin(record: Record, width: float) -> Beginning:
-    """Begin with the smoothed position and its slope; what rests does not move by what is exactly 0."""
+    """Begin with the smoothed position and its slope; at rest the slope is exactly 0."""
     speed = start_velocity(record, width)
     measured = {"position0": float(smoothed(record, width)[0])}
     if speed == 0.0:

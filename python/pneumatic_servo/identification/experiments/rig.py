@@ -46,9 +46,9 @@ class Rig(OfCylinder):
         })  # fmt: skip
 
     def inputs(self, window: Window, values: Values) -> dict[str, Array]:
-        """Return what is given."""
+        """Return the given signals."""
         return self.measured_inputs(window, GIVEN, values)
 
     def start(self, window: Window, values: Values) -> dict[str, Value]:
-        """Return what is known or fitted."""
+        """Return the fixed and fitted values."""
         return {**self.of_model(values), "friction.law": self.law}
