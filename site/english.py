@@ -6,7 +6,7 @@ The rules are few, so that each finding is worth a look:
 - no word comes twice in a row;
 - no long word where a short one says the same (`WORDY`), no private word where the field has one (`PRIVATE`);
 - a sentence, a comment or a docstring opens with a noun or a verb, not with a pronoun (`OPENINGS`);
-- in comments, docstrings and messages no pronoun stands for the noun of a genitive (`STANDING_FOR`).
+- no pronoun stands for the noun of a genitive (`STANDING_FOR`), also not in messages.
 
 Tables, code, formulas and headings are no sentences. A comment `plain: reason` in a line of code exempts it, and
 `<!-- plain: reason -->` the next paragraph of a text. Usage: python site/english.py [FILE ...]
@@ -138,6 +138,8 @@ def problems(paragraph: str) -> Iterator[str]:
     for sentence in sentences(paragraph):
         words = re.findall(r"[A-Za-zÀ-ÿ][\w'-]*", sentence)
         yield from private(sentence)
+        if pronoun := STANDING_FOR.search(sentence):
+            yield f"{pronoun[0]!r} stands for a noun: name it"
         if re.match(OPENINGS, sentence) and not sentence.endswith("?"):
             yield f"opens with a pronoun: {' '.join(sentence.split())[:70]}..."
         if len(words) > LONGEST:
