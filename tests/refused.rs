@@ -145,7 +145,7 @@ mod at_the_start {
         ),
         (
             |tables| tables.parameters.extend(elements()),
-            "parameters = 2 is refused: so many values of the table are left by the equations",
+            "parameters = 2 is refused: the equations do not read this number of values of the table",
         ),
         (
             |tables| tables.computed[1].reference = u32::MAX,
@@ -168,7 +168,7 @@ mod at_the_start {
         ),
         (
             |tables| tables.inputs.push(Variable::input(1, "force", units::NEWTON, 0.0)),
-            "inputs = 1 is refused: the table has so many, the equations have 0",
+            "inputs = 1 is refused: the equations have 0, not this number of the table",
         ),
         (
             |tables| tables.inputs.push(Variable::output(1, "force", units::NEWTON)),
@@ -180,7 +180,7 @@ mod at_the_start {
         ),
         (
             |tables| tables.computed.push(Variable::output(12, "speed", units::METRE_PER_SECOND)),
-            "computed variables = 3 is refused: the table has so many, the equations write 2",
+            "computed variables = 3 is refused: the equations write 2 of this number in the table",
         ),
         (
             |tables| tables.parameters.push(Variable::parameter(20, "k", units::ONE, 1.0).counts_for(10, 3)),
@@ -195,8 +195,8 @@ mod at_the_start {
             "the value reference = 10 is refused: no variable is the derivative of this state",
         ),
         (|_| (), "the magnitude of position = 0 is refused: it must be a positive number"),
-        (|_| (), "parameters = 1 is refused: the equations ask for so many values more than the table has"),
-        (|_| (), "indicators = 0 is refused: the equations have so many, and tell of 1"),
+        (|_| (), "parameters = 1 is refused: the equations read this number of values beyond the end of the table"),
+        (|_| (), "indicators = 0 is refused: the list of events has 1, the equations this number"),
         (|_| (), "kinks = 7 is refused: there may be 6"),
     ];
 

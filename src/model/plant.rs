@@ -479,7 +479,7 @@ impl Plant {
     /// [`NoDerivative`] if the run has come through a point at which there is none.
     ///
     /// # Panics
-    /// If none are carried along, or not so many.
+    /// If the direction is not carried along.
     pub fn sensitivities(&mut self, direction: usize) -> Result<Vec<f64>, NoDerivative> {
         let found = self.varied.iter_mut().find_map(|beside| {
             let place = beside.places.iter().position(|place| *place == direction)?;

@@ -24,7 +24,7 @@ pub fn read<E: System<U>, const U: usize, P>(
     let mut own = Values::new(own);
     let parts = read(&mut own)?;
     if own.left() > 0 {
-        let reason = "so many values of the table are left by the equations";
+        let reason = "the equations do not read this number of values of the table";
         return Err(ParameterError::new("parameters", own.left() as f64, reason));
     }
     Ok((parts, Settings::new(&Tuning::read(tuning)?, start.tolerance)))
@@ -84,6 +84,6 @@ pub(crate) fn check_outputs<E: System<U>, const N: usize, const U: usize>(
     if is_complete && computed[..listed].iter().all(is_written) {
         return Ok(());
     }
-    let reason = format!("the table has so many, the equations write {written}");
+    let reason = format!("the equations write {written} of this number in the table");
     Err(ParameterError::new("computed variables", listed as f64, &reason))
 }

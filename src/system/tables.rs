@@ -47,7 +47,7 @@ impl Tables {
             ))
         };
         let counted = |inputs| {
-            let reason = format!("the table has so many, the equations have {inputs}");
+            let reason = format!("the equations have {inputs}, not this number of the table");
             ParameterError::new("inputs", self.inputs.len() as f64, &reason)
         };
         stray(&self.inputs, |it| it.role == Role::Input, "inputs")
@@ -86,7 +86,7 @@ fn untold<E: System<U>, const U: usize>() -> Option<ParameterError> {
     let (events, told, kinks) =
         (E::Indicators::<Real>::unused().as_ref().len(), E::indicator_list().len(), E::kink_list().len());
     if events != told {
-        let reason = format!("the equations have so many, and tell of {told}");
+        let reason = format!("the list of events has {told}, the equations this number");
         return Some(ParameterError::new("indicators", events as f64, &reason));
     }
     let reason = format!("there may be {MAX_KINKS}");

@@ -28,7 +28,7 @@ impl<'a> Values<'a> {
     /// [`ParameterError`] if there are fewer: the parts of a model take the values of its table in order.
     pub fn take(&mut self, count: usize) -> Result<&'a [Tunable], ParameterError> {
         let (own, rest) = self.rest.split_at_checked(count).ok_or_else(|| {
-            let reason = "the equations ask for so many values more than the table has";
+            let reason = "the equations read this number of values beyond the end of the table";
             ParameterError::new("parameters", (count - self.rest.len()) as f64, reason)
         })?;
         self.rest = rest;

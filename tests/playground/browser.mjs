@@ -58,7 +58,7 @@ export async function download(page, button) {
   return { name: file.suggestedFilename(), text: await readFile(await file.path(), "utf8") };
 }
 
-/** Waits until so many seconds are simulated, and pauses. */
+/** Waits until a number of seconds is simulated, and pauses. */
 export async function runFor(page, seconds) {
   const reached = (end) => Number(document.querySelector("[data-status]").dataset.time) >= end;
   await page.waitForFunction(reached, seconds, { timeout: 120_000 });

@@ -14,7 +14,7 @@
 
 enum { STEPS = 300, DEEPEST = 65536, PATTERN = 0xa5 };
 
-/* Instructions so far, where the program is run by an emulator that carries out so many of them in a tick of the timer. */
+/* Instructions so far, where an emulator carries out a fixed number of them in a tick of the timer. */
 #ifdef INSTRUCTIONS_PER_TICK
 #define SYSTICK(register) (((volatile uint32_t *)0xE000E010u)[register])
 static void start_timer(void) {

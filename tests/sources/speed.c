@@ -1,4 +1,4 @@
-/* So many communication steps of 1 ms of a library of FMI 2.0 under a friction law, for valgrind to count instructions.
+/* A number of communication steps of 1 ms of a library of FMI 2.0 under a friction law, for valgrind to count instructions.
 
        speed LIBRARY GUID LAW STEPS */
 #include <dlfcn.h>

@@ -33,7 +33,7 @@ void module_start(Module *s);
 Function module_entry(Module *s, u32 of, u32 place);
 /* Ends the call that is carried out. */
 NO_RETURN void module_trap(Module *s, int why);
-/* Takes so many pages into use; the number before, or ~0 if there are not so many. */
+/* Takes a number of pages into use; returns the number before, or ~0 if there are too few. */
 u32 module_grow(Module *s, u32 pages);
 /* The sum, computed by integers. */
 f64 module_sum64(f64 x, f64 y);

@@ -38,7 +38,7 @@ class Regime:
     samples : int
         Number of its samples.
     rms : float
-        Root mean square of what is left, in SI units.
+        RMS residual, in SI units.
     is_white : bool
         Whether it looks like noise.
     """

@@ -2,7 +2,7 @@
 
 The likelihood counts the residuals in units of the noise. Priors are flat between the bounds, but for the weak
 springs that a fit has, too. What windows begin with is integrated out, as the intervals do: along the derivatives at
-the solution, since it errs by no more than the noise. Residuals that hang together tell less than their number: about
+the solution, since it errs by no more than the noise. Autocorrelated residuals tell less than their number: about
 the solution each parameter is stretched as its interval is, as the curvature adjustment of a composite likelihood does
 (M. Ribatet, D. Cooley and A. C. Davison, "Bayesian inference from composite likelihoods", Statistica Sinica, 2012).
 

@@ -83,7 +83,7 @@ class Window:
     driven : dict
         Values computed from them once, at the communication points.
     held : ndarray of bool, shape (samples,)
-        Samples that are held out of the fit.
+        Samples of validation data.
     used : ndarray of bool, shape (samples,)
         Samples that are compared at all.
     begin : Beginning
