@@ -65,7 +65,7 @@ class Telling:
         self.best.to_csv(file)
 
     def __repr__(self) -> str:
-        lines = [f"excitations that distinguish {self.first} from {self.second}, with the residual in units of the noise:"]
+        lines = [f"excitations that distinguish {self.first} from {self.second}; residual in units of the noise:"]
         lines += [f"  {trial.distance:10.1f}  {trial.name}" for trial in self.trials]
         if not self.best.distance > CLEAR:
             lines.append("none of them distinguishes the two with these sensors")
