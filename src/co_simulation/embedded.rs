@@ -91,7 +91,7 @@ fn build<E: System<U>, const U: usize>(parameters: &[f64]) -> Result<(E, Setting
     let mut own = Values::new(own);
     let equations = E::new(&mut own)?;
     if own.left() > 0 {
-        return Err(ParameterError::new("parameters", own.left() as f64, "the equations do not read this number of values"));
+        return Err(ParameterError::new("parameters", own.left() as f64, "this number of values is not read"));
     }
     let settings = Settings::new(&Tuning::read(tuning)?, None).keeping_balance(equations.keeps_balance());
     Ok((equations, settings))

@@ -30,7 +30,7 @@ pub trait Simulation: Send {
 
     /// Sets the inputs at the current time and their slopes in 1/s, which hold until they are set again.
     ///
-    /// Only the last call before the next step counts, and setting what is already set changes nothing.
+    /// Only the last call before the next step counts; equal values change nothing.
     fn set_inputs(&mut self, values: &[f64], slopes: &[f64]);
 
     /// Replaces the tunable parameters; all parameters are given, and fixed ones must be unchanged.

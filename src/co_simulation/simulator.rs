@@ -89,7 +89,7 @@ impl Product for Box<dyn Varied> {
 
 /// A model's equations in motion.
 pub struct Simulator<E: System<U>, const N: usize, const U: usize> {
-    /// Apart from what holds it: a run has kilobytes, which would be copied over the stack of the host on their way here.
+    /// Boxed: a run has kilobytes, which would be copied over the stack of the importer.
     run: Box<Run<E, N, U>>,
     session: Session,
 }

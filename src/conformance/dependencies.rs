@@ -12,7 +12,7 @@ use crate::variables::{Kind, ParameterError, Table, Variable};
 /// Pairs of value references: a computed variable, and a known on which it depends.
 type Pairs = BTreeSet<(u32, u32)>;
 
-/// Demands that the variables of a model depend on what they declare and nothing else, under settings of one model that together
+/// Demands that the variables of a model have their declared dependences and no others, under settings of one model that together
 /// show all.
 ///
 /// # Panics
@@ -97,7 +97,7 @@ fn by_derivatives(table: &Table, simulation: &dyn Simulation, found: &mut Pairs)
 /// The pairs whose value changes here when an input changes, little or much.
 ///
 /// A change that sets off an event may move any number (a mass that Karnopp's band held shows its momentum at once):
-/// then only what is true or false counts. The equations of a mode are what the dependencies are about.
+/// then only Booleans count. Dependencies belong to the equations of a mode.
 fn by_differences(table: &Table, simulation: &mut dyn Simulation, inputs: &[f64], found: &mut Pairs) {
     let is_flag = |variable: &Variable| variable.kind == Kind::Boolean;
     let count = table.computed().count();

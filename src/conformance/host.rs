@@ -150,8 +150,8 @@ impl Host {
     /// Integrates to a time in s; inputs have a kink at most there.
     ///
     /// # Panics
-    /// When the model does what no host can follow: an indicator that is not positive after an update, a change that it does not
-    /// announce, a rate that is not a number, a time event that is past, an update that fails.
+    /// When no importer could follow the model: an indicator that is not positive after an update, a change that is not
+    /// announced, a rate that is not a number, a time event that is past, an update that fails.
     pub fn advance(&mut self, end: f64) {
         while self.time < end {
             let limit = end.min(self.next_time_event);

@@ -91,7 +91,7 @@ fn names<L: FrictionLaw>(law: &L) -> Vec<String> {
     motion.into_iter().chain((0..law.states()).map(state)).collect()
 }
 
-/// The point of a draw in words: what is not 0.
+/// The point of a draw in words: its values other than 0.
 fn point(names: &[String], at: &[f64]) -> String {
     let told = names.iter().zip(at).filter(|(_, value)| **value != 0.0);
     told.map(|(name, value)| format!("{name} = {value}")).collect::<Vec<_>>().join(", ")
@@ -323,8 +323,8 @@ fn get(run: &mut Plant, name: &str) -> f64 {
     run.get(name).unwrap_or_else(|error| panic!("the friction bench: {error}"))
 }
 
-/// A motion back and forth at speeds from 0.1 mm/s to 1 m/s, under a load level with waves along the path and in time: what
-/// friction takes, as a sum that grows but for what it gives back.
+/// A motion back and forth at speeds from 0.1 mm/s to 1 m/s, under a load level with waves along the path and in time, with the
+/// energy that friction takes: a sum that falls only where friction returns energy.
 pub struct Motion {
     /// The bench.
     pub run: Plant,

@@ -78,7 +78,7 @@ pub fn run(setup: &Setup) {
 pub fn plain_runs(setup: &Setup) {
     let end = duration(setup);
     rates(setup, 0.21 * end);
-    // Ten times the default tolerance: stick-slip adds up what each phase leaves.
+    // Ten times the default tolerance: stick-slip adds up the errors of its phases.
     steps(setup, end, 1e-5);
     repeats(setup, end);
 }

@@ -110,7 +110,7 @@ impl Model {
         (self.functions.indicators)()
     }
 
-    /// Builds a run; where a default does not fit what was given, the refusal says that it is one.
+    /// Builds a run; where a default does not fit the given values, the refusal says that it is a default.
     ///
     /// # Errors
     /// [`ParameterError`] when parameters do not fit together.

@@ -373,10 +373,10 @@ impl Plant {
         Ok(())
     }
 
-    /// Carries sensitivities along from here on: how everything changes with parameters, with what is added to inputs, and
-    /// with the present values of continuous states, by their names. Without names it ends.
+    /// Carries sensitivities along from here on: derivatives of all variables by parameters, by constants added to inputs, and
+    /// by the present values of continuous states, by their names. Without names it ends.
     ///
-    /// In a run that has not begun yet, parameters and inputs begin with what they do to the start. Changing a parameter, moving a state
+    /// In a run that has not begun yet, parameters and inputs also act on the start. Changing a parameter, moving a state
     /// or restoring a saved state ends it.
     ///
     /// ```

@@ -35,12 +35,12 @@ pub struct Steps<'a> {
 }
 
 impl Plant {
-    /// Integrates over a step of a size in s, and tells what that does to small changes of states, memory, inputs and parameters, of which the
-    /// last are given by their names, and what these do to outputs at its end.
+    /// Integrates over a step of a size in s, with the derivatives of states, memory and outputs at its end by states, memory and
+    /// inputs at its start and by parameters, which are given by their names.
     ///
     /// # Errors
     /// [`TransitionError`] for a name, and nothing has been done then, or for a step that cannot be made. A direction without a
-    /// derivative has a column of what are no numbers, and [`Transition::lost`] tells why.
+    /// derivative has a column of NaN, and [`Transition::lost`] tells why.
     pub fn transition(
         &mut self,
         size: f64,
@@ -62,7 +62,7 @@ impl Plant {
     ///
     /// # Errors
     /// [`TransitionError`]; the plant is somewhere in the run then, and at its begin otherwise. Where there is no derivative with
-    /// respect to an input over a step, the gradient has what is no number.
+    /// respect to an input over a step, the gradient has NaN.
     pub fn gradient(
         &mut self,
         steps: Steps,

@@ -5,7 +5,7 @@
 //! - The vector of states has the length given by the table ([`Table::number_of_states`]), under every friction law
 //!   and option: unused states keep their start value.
 //! - Each indicator has a fixed place and meaning (`Model::indicators`). It is positive while the present modes are
-//!   valid and rests clearly off zero after an [`update`](Exchange::update): by [`HYSTERESIS`], which is also what it takes
+//!   valid and rests clearly off zero after an [`update`](Exchange::update): by [`HYSTERESIS`]. By as much it falls
 //!   beyond the exact instant until an event is seen. Indicators without use are 1.
 //! - Where equations have a kink but no mode ends, at the stops of the cylinder for example, an indicator lets a solver stop
 //!   there. Nothing happens, and no event is counted.

@@ -58,7 +58,7 @@ fn start<L: FrictionLaw, P: Product>(start: &Start) -> Result<P, ParameterError>
     )
 }
 
-/// A deflection that yields at once where the load level falls below what it takes in the direction of motion.
+/// A deflection that yields at once where the load level falls below its force in the direction of motion.
 fn yielding(deflection: Variable) -> Variable {
     let known = [deflection.depends_on.as_deref().unwrap_or_default(), &[depends::DRIVE, depends::LEVEL]].concat();
     deflection.depends_on(&known)

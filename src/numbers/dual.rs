@@ -8,7 +8,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use super::scalar::KEPT;
 use super::{STILL, Scalar, Slopes, Tangent, Varying};
 
-/// A number of the equations without derivatives: what plain runs are made of.
+/// A number of the equations without derivatives, for plain runs.
 ///
 /// It is as fast as an `f64`, and an `f64` is no number of the equations, so that nothing that varies is taken for a constant.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

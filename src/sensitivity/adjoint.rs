@@ -5,12 +5,12 @@ use super::{NoDerivative, Transition, TransitionError};
 /// Gradient of a scalar of a run.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Gradient {
-    /// With what is added to each input over each step: by step and input, in the unit of the scalar per unit.
+    /// By an addition to each input over each step: by step and input, in the unit of the scalar per unit.
     pub inputs: Vec<Vec<f64>>,
-    /// With the states at the begin, by their names, and with the numbers of the memory (`memory.friction.since`). On the way
+    /// By the states at the start, by their names, and by the numbers of the memory (`memory.friction.since`). On the way
     /// back these are the states at a point of the run.
     pub states: Vec<(String, f64)>,
-    /// With each parameter.
+    /// By each parameter.
     pub parameters: Vec<f64>,
 }
 
@@ -23,7 +23,7 @@ impl Gradient {
     /// Goes back over a step that begins at a time in s, of outputs with weights at its end.
     ///
     /// # Errors
-    /// [`TransitionError::NoDerivative`] where what follows depends on a number of the memory that has no slope.
+    /// [`TransitionError::NoDerivative`] where the scalar depends on a number of the memory that has no slope.
     pub fn go_back(
         &mut self,
         step: usize,
@@ -103,7 +103,7 @@ impl Tangents {
     /// Checks that all states of a step that begins at a time in s have slopes.
     ///
     /// # Errors
-    /// [`TransitionError::NoDerivative`] where what follows depends on a number of the memory that has none.
+    /// [`TransitionError::NoDerivative`] where the scalar depends on a number of the memory that has none.
     pub fn check(&self, transition: &Transition, time: f64) -> Result<(), TransitionError> {
         let Transition { states, a, c, .. } = transition;
         let matters = |column: usize| a.iter().chain(c).any(|row| row[column] != 0.0);

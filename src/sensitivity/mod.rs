@@ -52,7 +52,7 @@ pub trait Varied: Send {
     /// Finds directions of parameters and inputs to one side of which the run begins in another mode: they have no derivative.
     fn check_start(&mut self, start: &Start);
 
-    /// Goes to a saved state of the plain run; from there on a state, a number that the memory keeps, what is added to an input, or
+    /// Goes to a saved state of the plain run; from there on a state, a number of the memory, an addition to an input, or
     /// a parameter that it has been built for, varies, each in the direction of its place.
     ///
     /// # Errors
@@ -74,8 +74,8 @@ pub trait Varied: Send {
     /// As [`advance`](Self::advance).
     fn step(&mut self, size: f64) -> Result<(), StepError>;
 
-    /// Writes the computed variables with their slopes, which belong to the present inputs. What has none, as counters, stays as it
-    /// is; what depends on a number that is rounded, as the reading of a sensor with a resolution, has slopes that are not numbers.
+    /// Writes the computed variables with their slopes, which belong to the present inputs. Values without slopes, such as counters, stay;
+    /// values that depend on a rounded number, such as the reading of a sensor with a resolution, have slopes of NaN.
     /// Tells why there are none any more in a direction.
     fn outputs(&self, computed: &mut [Tangent]) -> [Option<NoDerivative>; DIRECTIONS];
 
@@ -157,7 +157,7 @@ pub enum Along {
     Memory(usize),
 }
 
-/// The slopes of what one of the directions may vary.
+/// The slopes of a quantity that one of the directions may vary.
 pub(crate) fn seeds(along: &[Along], of: Along) -> Slopes {
     std::array::from_fn(|direction| if along.get(direction) == Some(&of) { 1.0 } else { 0.0 })
 }

@@ -47,7 +47,7 @@ impl Seeds<'_> {
     pub const NONE: Self = Self { parameters: &[], inputs: &[] };
 }
 
-/// A direction of differentiation. What it does not name stays as it is, so that time alone moves no input or state.
+/// A direction of differentiation. All else is constant, so that time alone moves no input or state.
 #[derive(Clone, Copy, Debug)]
 pub struct Direction<'a> {
     /// Of time.
@@ -68,7 +68,7 @@ pub struct Snapshot {
     pub time: f64,
     /// Continuous states that are integrated, without those that are compiled along and unused.
     pub states: Vec<f64>,
-    /// Discrete memory of the model and of what runs it, serialised.
+    /// Discrete memory of the model and of its run, serialised.
     pub memory: Vec<u8>,
 }
 

@@ -286,7 +286,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
         [rate, self.acceleration(&contact, force, &memory.motion), force]
     }
 
-    /// Acceleration of the carriage in m/s2 under a friction force in N: what is imposed, or what the forces make, also where
+    /// Acceleration of the carriage in m/s2 under a friction force in N: imposed, or by the forces, also where
     /// the friction law holds the position.
     #[inline(always)]
     pub(super) fn acceleration<S: Scalar>(
@@ -301,8 +301,8 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
         (contact.applied - friction) * self.per_mass
     }
 
-    /// Force of the rod on the carriage in N, at an acceleration of the carriage and a friction force in N: what a load cell
-    /// between them reads; or the force of the cylinder on whoever imposes its motion.
+    /// Force of the rod on the carriage in N, at an acceleration of the carriage and a friction force in N: the reading of a load cell
+    /// between them, or the force of the cylinder on the body that imposes its motion.
     #[inline(always)]
     pub(super) fn rod_force<S: Scalar>(
         &self,

@@ -66,7 +66,7 @@ pub struct Restriction {
     cushion: Option<[Tangent; 2]>,
 }
 
-/// A vessel between the supply and the actuator, at the temperature of the supply; what it gives is bounded by its own
+/// A vessel between the supply and the actuator, at the temperature of the supply; its own pressure bounds the outlet's
 /// pressure, even where that is below ambient.
 ///
 /// ```text
@@ -339,8 +339,8 @@ impl Lines {
         states[METER] / REFERENCE_DENSITY
     }
 
-    /// The states, their rates and the volume that the meter shows as variables. `direct` lists, for each chamber, on what the flow through the valve
-    /// depends besides the gas at its port; `gas`, what the chamber itself offers: pressure, temperature and position.
+    /// The states, their rates and the volume that the meter shows as variables. `direct` lists, for each chamber, the dependences of the flow
+    /// through the valve besides the gas at its port; `gas` the dependences by the chamber: pressure, temperature and position.
     pub fn computed(direct: [&[u32]; 2], gas: [[u32; 3]; 2]) -> Vec<Variable> {
         let mut table: Vec<Variable> = (0..LINE_STATES).map(state).collect();
         // At the port of the valve is the first volume of a hose, or the chamber, which only the vessel sees.
@@ -475,7 +475,7 @@ mod tests {
         assert!((into / out + 9e-9 / 2e-9).abs() < 1e-12, "{into} {out}");
     }
 
-    /// Mass flows have a sign, and what is at no place in use is nothing at all.
+    /// Mass flows have a sign, and unused places count for nothing.
     #[test]
     fn lines_are_filled_where_no_pressure_in_use_has_fallen_to_zero() {
         let hose = || Some(Line { hose: Hose::new(still(1.0), still(4e-3), still(293.15)), restriction: None });

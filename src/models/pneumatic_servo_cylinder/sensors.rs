@@ -129,8 +129,8 @@ impl Sensors {
     /// Number of their variables.
     pub const COMPUTED: usize = 3 * COUNT;
 
-    /// Readings, states and rates as variables; `quantities` lists on what each quantity depends, `starts` on which inputs
-    /// it does at the start.
+    /// Readings, states and rates as variables; `quantities` lists the dependences of each quantity, `starts` the inputs on
+    /// which it depends at the start.
     pub fn computed(quantities: [&[u32]; COUNT], starts: [&[u32]; COUNT]) -> Vec<Variable> {
         let known = |place: usize| [quantities[place], &[LAGGED + place as u32]].concat();
         let variable = |first: u32, place: usize, name: &str| {

@@ -209,7 +209,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool, const U: usize> System<
     ) {
         let (u, event) = (&Inputs::of(u), Event::ALL[event]);
         let mut contact = self.contact(time, x, u, self.rate(time, x, u, memory), &memory.motion);
-        // A stop is found just beyond velocity zero; what the contact holds there depends on the side that it is pushed to.
+        // A stop is found just beyond velocity zero; the holding force there depends on the side that it is pushed to.
         if EXTENDED && event == Event::Stop && self.friction.law().stiction() == Stiction::Exact {
             contact.level = self.directed_level(x, S::zero(), contact.applied);
         }

@@ -87,10 +87,10 @@ mod depends {
         [vec![FEED[chamber]], vec![P_A, P_B, [T_A, T_B][chamber], X], lines].concat()
     }
 
-    /// Stands for what the inflow of a chamber depends on, which is a matter of the actuators.
+    /// Placeholders for the dependences of the inflow of a chamber, which the actuators list.
     const FEED: [u32; 2] = [u32::MAX - 1, u32::MAX];
 
-    /// A variable that depends on what the actuators say where it depends on an inflow.
+    /// A variable with the actuators' dependences in place of an inflow.
     pub fn on_feeds(variable: Variable, feeds: &[Vec<u32>; 2]) -> Variable {
         let real = |reference: &u32| match FEED.iter().position(|feed| feed == reference) {
             Some(chamber) => feeds[chamber].clone(),
