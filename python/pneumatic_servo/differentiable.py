@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pneumatic_servo import _native, defaults, resting
+from pneumatic_servo import _native, constant_voltage, defaults
 from pneumatic_servo.checks import names
 from pneumatic_servo.errors import NoDerivative
 from pneumatic_servo.grid import Grid
@@ -47,7 +47,7 @@ class Trajectory:
         step: float | None,
         at_rest: str = "mean",
     ) -> None:
-        resting.check(at_rest)
+        constant_voltage.check(at_rest)
         self._at_rest = at_rest
         self.parameters, self.inputs = names("parameters", parameters), names("inputs", inputs)
         for name in self.parameters:
@@ -100,11 +100,11 @@ class Trajectory:
         followed = self._followers(parameters, settings).items()
         seeds = [*by.items(), *((name, slope * by[leader]) for name, (leader, slope) in followed)]
         found = _native.tangent(model, settings, driven, grid, outputs, added, seeds)
-        if np.isnan(found).any() and self._at_rest != "refuse" and resting.VOLTAGE in self.inputs:
+        if np.isnan(found).any() and self._at_rest != "refuse" and constant_voltage.VOLTAGE in self.inputs:
             found = self._pushed_at_rest(parameters, inputs, added, seeds)
         lacking = np.isnan(found).any(axis=0)
         if lacking.any():
-            raise NoDerivative(float(self.times[np.argmax(lacking)]), "the recorded outputs", resting.REASON)
+            raise NoDerivative(float(self.times[np.argmax(lacking)]), "the recorded outputs", constant_voltage.REASON)
         return found
 
     def _pushed_at_rest(
@@ -117,12 +117,12 @@ class Trajectory:
             by_inputs, _, _ = _native.gradient(model, settings, driven, grid, outputs, every_row, [])
             moved = added.copy()
             every = list(self._model.inputs)
-            moved[every.index(resting.VOLTAGE), resting.lacking(every, by_inputs)] = 0.0
+            moved[every.index(constant_voltage.VOLTAGE), constant_voltage.lacking(every, by_inputs)] = 0.0
             return _native.tangent(model, settings, driven, grid, outputs, moved, seeds)
-        row = self.inputs.index(resting.VOLTAGE)
+        row = self.inputs.index(constant_voltage.VOLTAGE)
         sides = [
             _native.tangent(model, settings, self._driven(_with_row(inputs, row, side)), grid, outputs, added, seeds)
-            for side in resting.nearby(np.asarray(inputs[row], dtype=np.float64))
+            for side in constant_voltage.nearby(np.asarray(inputs[row], dtype=np.float64))
         ]
         return np.asarray(np.mean(sides, axis=0))
 
@@ -134,17 +134,17 @@ class Trajectory:
         by = [*self.parameters, *followed]
         found, _, slopes = _native.gradient(model, settings, driven, grid, outputs, weights, by)
         of_parameters = along_leaders(self.parameters, np.asarray(slopes), followed)
-        if resting.VOLTAGE in self.inputs:
-            row = self.inputs.index(resting.VOLTAGE)
+        if constant_voltage.VOLTAGE in self.inputs:
+            row = self.inputs.index(constant_voltage.VOLTAGE)
 
             def again(voltage: Array) -> Array:
                 held = self._driven(_with_row(inputs, row, voltage))
                 return _native.gradient(model, settings, held, grid, outputs, weights, by)[0]
 
             every = list(self._model.inputs)
-            found = resting.settled(every, found, self._at_rest, lambda: np.asarray(inputs[row], float), again)
+            found = constant_voltage.settled(every, found, self._at_rest, lambda: np.asarray(inputs[row], float), again)
         of_inputs = found[self._places]
-        resting.refuse(self.inputs, of_inputs, self.times)
+        constant_voltage.refuse(self.inputs, of_inputs, self.times)
         for name, slope in zip(self.parameters, of_parameters, strict=True):
             if np.isnan(slope):
                 raise NoDerivative(0.0, name, "what follows depends on it in another way to either side")

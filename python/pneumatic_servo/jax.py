@@ -16,10 +16,10 @@ from typing import Any
 
 import numpy as np
 
+from pneumatic_servo.constant_voltage import AtRest
 from pneumatic_servo.differentiable import Function, Trajectory
 from pneumatic_servo.errors import MissingPackage
 from pneumatic_servo.model import Model, Parameters
-from pneumatic_servo.resting import AtRest
 
 try:
     import jax

@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 
 from pneumatic_servo import checks
 from pneumatic_servo.checks import mapping
+from pneumatic_servo.constant_voltage import AtRest
 from pneumatic_servo.errors import MissingPackage
 from pneumatic_servo.names import did_you_mean
-from pneumatic_servo.resting import AtRest
 from pneumatic_servo.sensitivities import Gradient, Replay, Sensitivities
 from pneumatic_servo.units import REFERENCE_DENSITY
 from pneumatic_servo.variables import Variables

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pneumatic_servo import _native, resting
+from pneumatic_servo import _native, constant_voltage
 from pneumatic_servo.errors import NoDerivative
 from pneumatic_servo.grid import Grid, courses_of
 from pneumatic_servo.names import did_you_mean
@@ -204,14 +204,14 @@ class Transition:
         return cls(a, b, c, d, p, q, x, next_x, u, by, of, reasons)
 
     def settled(self, at_rest: str, side: Callable[[float], Transition]) -> Transition:
-        """Return the transition with the columns of a resting voltage, and of the play that it drags, as chosen.
+        """Return the transition with the columns of a constant voltage, and of the play that it drags, as chosen.
 
         `side` returns the transition of the same step with so much more voltage.
         """
-        names = [name for name, lost in self.lost.items() if lost.event == resting.VOLTAGE]
+        names = [name for name, lost in self.lost.items() if lost.event == constant_voltage.VOLTAGE]
         if at_rest == "refuse" or not names:
             return self
-        sides = [side(resting.HARDLY), side(-resting.HARDLY)] if at_rest == "mean" else []
+        sides = [side(constant_voltage.HARDLY), side(-constant_voltage.HARDLY)] if at_rest == "mean" else []
         if any(one.next_states != self.next_states or not one.lost.keys().isdisjoint(names) for one in sides):
             return self
         columns = {field: getattr(self, field).copy() for field in "ABCD"}
@@ -262,9 +262,9 @@ class Replay:
 
     def _voltage(self) -> Array:
         """Return the valve voltage over each step."""
-        begin = self._native.start(list(self._settings.items()), self._grid.start).get(resting.VOLTAGE)
-        given = dict(self._inputs).get(resting.VOLTAGE, begin)
-        return courses_of({resting.VOLTAGE: given}, self._grid)[resting.VOLTAGE]
+        begin = self._native.start(list(self._settings.items()), self._grid.start).get(constant_voltage.VOLTAGE)
+        given = dict(self._inputs).get(constant_voltage.VOLTAGE, begin)
+        return courses_of({constant_voltage.VOLTAGE: given}, self._grid)[constant_voltage.VOLTAGE]
 
     def __init__(
         self,
@@ -282,7 +282,7 @@ class Replay:
         self, cotangents: Mapping[str, Any], parameters: Sequence[str], rows: int, at_rest: str = "mean"
     ) -> Gradient:
         """Return the gradient of the sum of recorded variables times cotangents."""
-        resting.check(at_rest)
+        constant_voltage.check(at_rest)
         if rows != self._grid.rows:
             raise ValueError("the run has not come to its end, and has no gradient")
         weights = np.zeros((len(cotangents), rows))
@@ -307,12 +307,12 @@ class Replay:
             )  # fmt: skip
 
         def again(voltage: Array) -> Array:
-            held = (resting.VOLTAGE, (self._grid.points()[:-1], voltage))
-            return made([*(own for own in self._inputs if own[0] != resting.VOLTAGE), held])[0]
+            held = (constant_voltage.VOLTAGE, (self._grid.points()[:-1], voltage))
+            return made([*(own for own in self._inputs if own[0] != constant_voltage.VOLTAGE), held])[0]
 
         inputs, states, slopes = made(self._inputs)
-        inputs = resting.settled(self._names, inputs, at_rest, self._voltage, again)
-        resting.refuse(self._names, inputs, self._grid.points())
+        inputs = constant_voltage.settled(self._names, inputs, at_rest, self._voltage, again)
+        constant_voltage.refuse(self._names, inputs, self._grid.points())
         of_parameters = along_leaders(parameters, np.asarray(slopes), followed).tolist()
         return Gradient(
             dict(zip(self._names, inputs, strict=True)), dict(states), dict(zip(parameters, of_parameters, strict=True))

@@ -10,11 +10,11 @@ from typing import Any, Literal, overload
 import numpy as np
 from numpy.typing import NDArray
 
-from pneumatic_servo import _native, checks, effects, plant_warnings, resting, values
+from pneumatic_servo import _native, checks, constant_voltage, effects, plant_warnings, values
 from pneumatic_servo.checks import mapping
+from pneumatic_servo.constant_voltage import AtRest
 from pneumatic_servo.model_description import ModelDescription
 from pneumatic_servo.names import did_you_mean
-from pneumatic_servo.resting import AtRest
 from pneumatic_servo.sensitivities import Followers, Transition
 from pneumatic_servo.tasks import available_cores
 from pneumatic_servo.variables import Value
@@ -266,7 +266,7 @@ class Simulation:
         >>> A.shape[1] == len(A), C.shape == (1, len(A)), D.shape
         (True, True, (1, 7))
         """
-        resting.check(at_rest)
+        constant_voltage.check(at_rest)
         asked = _Asked(size, checks.names("parameters", parameters), checks.names("outputs", outputs))
         before = asked.before(self, at_rest)
         return asked.settled(self, self._native.transition(*asked.of(self)), before, at_rest)
@@ -330,7 +330,7 @@ def transitions(
     """
     if not isinstance(simulations, Sequence):
         raise TypeError(f"simulations must be a list of simulations, not {shortened(simulations)}")
-    resting.check(at_rest)
+    constant_voltage.check(at_rest)
     asked = _Asked(size, checks.names("parameters", parameters), checks.names("outputs", outputs))
     threads = available_cores() if workers is None else checks.whole_number("workers", workers, least=1)
     # The followed variables differ from plant to plant; the extension module is asked for the same names of all.
@@ -358,7 +358,7 @@ class _Asked:
 
     def before(self, simulation: Simulation, at_rest: str) -> SavedState | None:
         """Return the state before a step that may have to be made again."""
-        return simulation.save() if at_rest == "mean" and resting.VOLTAGE in simulation._model.inputs else None
+        return simulation.save() if at_rest == "mean" and constant_voltage.VOLTAGE in simulation._model.inputs else None
 
     def told(
         self, simulation: Simulation, told: _native._Transition, followed: Sequence[str] | None = None
@@ -388,7 +388,7 @@ class _Asked:
         def side(more: float) -> Transition:
             assert before is not None
             simulation.restore(before)
-            simulation.set_one(resting.VOLTAGE, simulation.get_one(resting.VOLTAGE) + more)
+            simulation.set_one(constant_voltage.VOLTAGE, simulation.get_one(constant_voltage.VOLTAGE) + more)
             return self.told(simulation, simulation._native.transition(*self.of(simulation)))
 
         try:

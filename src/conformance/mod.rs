@@ -26,6 +26,7 @@
 //! conformance::law::<Friction>("Stribeck", conformance::Claims { odd: true, stored: Some(0.0) });
 //! ```
 
+mod agreement;
 mod dependencies;
 mod experiment;
 mod host;
@@ -33,8 +34,8 @@ pub mod law;
 mod random;
 mod runs;
 mod slopes;
-mod ways;
 
+pub use self::agreement::{Agreement, Course, both_ways};
 pub use self::dependencies::{dependencies, found_dependencies, undeclared_dependencies};
 use self::experiment::experiment;
 pub use self::host::Host;
@@ -42,7 +43,6 @@ pub use self::law::{Claims, law};
 pub use self::random::Random;
 pub use self::runs::{numbers, rates, repeats, steps};
 pub use self::slopes::{Slopes, slopes};
-pub use self::ways::{Agreement, Course, both_ways};
 use crate::co_simulation::Simulation;
 use crate::model::Setup;
 use crate::variables::{Kind, Meaning, Variable};

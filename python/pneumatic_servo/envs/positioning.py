@@ -15,12 +15,12 @@ from numpy.typing import NDArray
 
 from pneumatic_servo import _native
 from pneumatic_servo.checks import names, whole_number
+from pneumatic_servo.constant_voltage import AtRest
+from pneumatic_servo.constant_voltage import check as check_at_rest
 from pneumatic_servo.envs.drawing import Drawing, Frame, Window
 from pneumatic_servo.envs.task import OBSERVED, Array, Task, observations, rewards, voltages
 from pneumatic_servo.model import Model
 from pneumatic_servo.names import did_you_mean
-from pneumatic_servo.resting import AtRest
-from pneumatic_servo.resting import check as check_at_rest
 from pneumatic_servo.sensitivities import Transition
 from pneumatic_servo.simulation import SavedState, Simulation
 from pneumatic_servo.tasks import available_cores

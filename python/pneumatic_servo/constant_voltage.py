@@ -51,7 +51,7 @@ def lacking(names: Sequence[str], by_inputs: Array) -> NDArray[np.bool_]:
 def settled(
     names: Sequence[str], by_inputs: Array, at_rest: str, course: Callable[[], Array], again: Callable[[Array], Array]
 ) -> Array:
-    """Return derivatives by inputs, of shape (inputs, steps), those by a resting voltage as they are chosen.
+    """Return derivatives by inputs, of shape (inputs, steps), those by a constant voltage as they are chosen.
 
     Parameters
     ----------
