@@ -5,7 +5,7 @@ use serde::{Serialize, de::DeserializeOwned};
 use super::gas::{GasState, Reservoir};
 use super::orifice::Inflow;
 use crate::numbers::{Number, Pair, Real, Scalar, Tangent, Varying};
-use crate::system::{Led, Sample, Stride};
+use crate::system::{ClosedForm, Sample, Stride};
 use crate::variables::{ParameterError, ParameterSet, Variable};
 
 /// States of an actuator. Each actuator has its own, with variables of their own; those in use share these places, so
@@ -144,8 +144,8 @@ pub trait Actuating: Clone + std::fmt::Debug + Send + Sync + Sized + 'static {
         _commands: Commands<S>,
         _memory: &Self::Memory<S>,
         _stride: &Stride<S>,
-    ) -> Led<[S; STATES]> {
-        Led { middle: states, end: states, bend: [S::zero(); STATES] }
+    ) -> ClosedForm<[S; STATES]> {
+        ClosedForm { middle: states, end: states, defect: [S::zero(); STATES] }
     }
 
     /// Whether it opens or closes now, at a rate that may fill a step: the flow then follows a higher power of the time than
@@ -208,7 +208,7 @@ pub trait Actuating: Clone + std::fmt::Debug + Send + Sync + Sized + 'static {
 
 /// Weight, as error, of a state's departure from a parabola: its effect on the pressures has the same sign in step after
 /// step.
-pub(super) const BEND_WEIGHT: f64 = 10.0;
+pub(super) const DEFECT_WEIGHT: f64 = 10.0;
 
 /// Steps times the fastest rate of a state below which the rule of Simpson has its mean: it errs by a 1920th of the fourth
 /// power. In much shorter steps the mean would be lost in rounding.

@@ -89,7 +89,7 @@ macro_rules! actuator_items {
         }
 
         const _: () = {
-            use $crate::system::{Led, Sample, Stride};
+            use $crate::system::{ClosedForm, Sample, Stride};
             use $crate::numbers::{Pair, Real, Scalar, Varying};
             use $crate::pneumatics::actuator::{ACTUATION, Actuating, Commands, Ports, STATES};
             use $crate::pneumatics::gas::GasState;
@@ -231,7 +231,7 @@ macro_rules! actuator_items {
                     of_actuator!(self, memory, |actuator, memory| actuator.rates(states, commands, memory))
                 }
                 #[inline(always)]
-                fn later<S: Varying>(&self, states: [S; STATES], commands: Commands<S>, memory: &Memory<S>, stride: &Stride<S>) -> Led<[S; STATES]> {
+                fn later<S: Varying>(&self, states: [S; STATES], commands: Commands<S>, memory: &Memory<S>, stride: &Stride<S>) -> ClosedForm<[S; STATES]> {
                     of_actuator!(self, memory, |actuator, memory| actuator.later(states, commands, memory, stride))
                 }
                 #[inline(always)]

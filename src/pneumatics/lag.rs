@@ -1,8 +1,8 @@
 //! States that follow commands with a lag of first order.
 
-use super::actuation::{BEND_WEIGHT, SHORT, STATES, simpson_middle};
+use super::actuation::{DEFECT_WEIGHT, SHORT, STATES, simpson_middle};
 use crate::numbers::{Scalar, Tangent, Varying};
-use crate::system::{Led, Stride};
+use crate::system::{ClosedForm, Stride};
 
 /// A lag of first order, the same for all its states.
 ///
@@ -43,7 +43,7 @@ impl Lag {
     }
 
     /// A state in a step of a size in s over which the command is held, half of which leaves a share of the distance: in the middle,
-    /// at the end, and the bend.
+    /// at the end, and the defect.
     #[inline(always)]
     pub fn course<S: Varying>(&self, state: S, command: S, step: f64, left: S) -> [S; 3] {
         let distance = state - command;
@@ -53,7 +53,7 @@ impl Lag {
         } else {
             simpson_middle(distance, (distance - end) * self.time_constant / step, end)
         };
-        [command + effective, command + end, (effective - middle) * BEND_WEIGHT]
+        [command + effective, command + end, (effective - middle) * DEFECT_WEIGHT]
     }
 
     /// Two states in a step over which the commands are held.
@@ -63,10 +63,10 @@ impl Lag {
         states: [S; STATES],
         commands: [S; STATES],
         stride: &Stride<S>,
-    ) -> Led<[S; STATES]> {
+    ) -> ClosedForm<[S; STATES]> {
         let &Stride { size: step, half: [[left, _], _] } = stride;
         let [a, b] = std::array::from_fn(|side| self.course(states[side], commands[side], step, left));
         let at = |place: usize| [a[place], b[place]];
-        Led { middle: at(0), end: at(1), bend: at(2) }
+        ClosedForm { middle: at(0), end: at(1), defect: at(2) }
     }
 }

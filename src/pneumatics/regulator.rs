@@ -5,7 +5,7 @@ use super::gas::GasState;
 use super::lag::Lag;
 use super::orifice::{Inflow, Orifice, is_above, piece};
 use crate::numbers::{Number, Pair, Real, Scalar, Tangent, Varying};
-use crate::system::{Led, Stride};
+use crate::system::{ClosedForm, Stride};
 use crate::variables::{Fixed, ParameterError, Variable, units};
 use crate::{outputs, parameters};
 
@@ -141,11 +141,12 @@ impl Actuating for PressureRegulator {
         commands: Commands<S>,
         _memory: &(),
         stride: &Stride<S>,
-    ) -> Led<[S; STATES]> {
+    ) -> ClosedForm<[S; STATES]> {
         let &Stride { size: step, half: [_, [_, left]] } = stride;
         let command = self.regulator.command(commands.voltage);
-        let [middle, end, bend] = self.regulator.lag().course(pressure, command, step, left).map(|it| [S::zero(), it]);
-        Led { middle, end, bend }
+        let [middle, end, defect] =
+            self.regulator.lag().course(pressure, command, step, left).map(|it| [S::zero(), it]);
+        ClosedForm { middle, end, defect }
     }
 
     #[inline(always)]
@@ -184,7 +185,7 @@ impl Actuating for PressureRegulator {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::pneumatics::actuation::BEND_WEIGHT;
+    use crate::pneumatics::actuation::DEFECT_WEIGHT;
     use crate::variables::{ParameterSet, Tunable};
 
     /// The lag has the solution `p = p_c + (p_0 - p_c)*exp(-t/tau)`, whose mean over a step of `tau` is
@@ -194,14 +195,14 @@ mod tests {
         let p = Parameters::read(&[1e5, 9e5, 0.02, 4e-9, 0.3].map(Tunable::still)).expect("legal");
         let regulator = PressureRegulator::new(p).expect("legal");
         let stride = Stride { size: 0.02, half: regulator.half(0.02) };
-        let Led { middle: [_, middle], end: [_, end], bend } =
+        let ClosedForm { middle: [_, middle], end: [_, end], defect } =
             regulator.later([0.0, 2e5].map(Real::of), Commands::all(Real::of(5.0)), &(), &stride);
-        let ([middle, end], bend) = ([middle, end].map(Real::value), bend.map(Real::value));
+        let ([middle, end], defect) = ([middle, end].map(Real::value), defect.map(Real::value));
         let left = (-1.0f64).exp();
         assert!((end - (5e5 - 3e5 * left)).abs() < 1e-9, "{end}");
         assert!(((2e5 + 4.0 * middle + end) / 6.0 - (5e5 - 3e5 * (1.0 - left))).abs() < 1e-9, "{middle}");
-        let [still, bend] = bend;
-        assert!((bend - BEND_WEIGHT * (middle - (5e5 - 3e5 * left.sqrt()))).abs() < 1e-8, "{bend}");
+        let [still, defect] = defect;
+        assert!((defect - DEFECT_WEIGHT * (middle - (5e5 - 3e5 * left.sqrt()))).abs() < 1e-8, "{defect}");
         assert_eq!(still, 0.0, "there is no state in this place");
     }
 

@@ -5,7 +5,7 @@ use super::gas::GasState;
 use super::orifice::{Inflow, Orifice, is_above, piece};
 use super::regulator::Regulator;
 use crate::numbers::{Number, Pair, Real, Scalar, Varying};
-use crate::system::{Led, Stride};
+use crate::system::{ClosedForm, Stride};
 use crate::variables::{Fixed, ParameterError, Variable, units};
 use crate::{outputs, parameters};
 
@@ -136,7 +136,7 @@ impl Actuating for TwoRegulators {
         commands: Commands<S>,
         _memory: &(),
         stride: &Stride<S>,
-    ) -> Led<[S; STATES]> {
+    ) -> ClosedForm<[S; STATES]> {
         self.regulator.lag().later(pressures, self.towards(commands), stride)
     }
 

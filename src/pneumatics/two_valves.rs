@@ -6,7 +6,7 @@ use super::lag::Lag;
 use super::orifice::{Inflow, edge_pieces, is_above};
 use super::valve::{Edges, Port};
 use crate::numbers::{Number, Pair, Real, Scalar, Tangent, Varying};
-use crate::system::{Led, Stride};
+use crate::system::{ClosedForm, Stride};
 use crate::variables::{Fixed, ParameterError, Variable, units};
 use crate::{outputs, parameters};
 
@@ -142,7 +142,7 @@ impl Actuating for TwoValves {
         commands: Commands<S>,
         _memory: &(),
         stride: &Stride<S>,
-    ) -> Led<[S; STATES]> {
+    ) -> ClosedForm<[S; STATES]> {
         self.lag.later(spools, Self::towards(commands), stride)
     }
 

@@ -94,7 +94,7 @@ impl Relaxing {
     }
 
     /// By how much the drives in the middle differ from those at the ends.
-    pub fn bend<S: Scalar>(&self, [first, second, third, fourth]: [S; 4]) -> S {
+    pub fn defect<S: Scalar>(&self, [first, second, third, fourth]: [S; 4]) -> S {
         (first + fourth - second - third) * self.result[2]
     }
 

@@ -4,7 +4,7 @@ use super::array;
 use super::relaxing::Relaxing;
 use super::trial::Trial;
 use crate::numbers::Varying;
-use crate::system::{Held, Led, System};
+use crate::system::{ClosedForm, Held, System};
 
 /// An explicit Runge-Kutta method in which each stage uses the one before only.
 pub struct Tableau {
@@ -73,7 +73,7 @@ pub struct Stages<'a, H: System<U>, S: Varying, const N: usize, const U: usize> 
     pub h: f64,
     /// Closed form of the states that follow held inputs alone, used in every stage if given. Their derivatives are then left
     /// to [`System::refresh`].
-    pub led: Option<&'a Led<[S; N]>>,
+    pub closed_form: Option<&'a ClosedForm<[S; N]>>,
     /// A relaxing state, and its exponential weights in place of the method's.
     pub relaxing: Option<(usize, &'a Relaxing)>,
 }
@@ -85,7 +85,7 @@ pub struct Explicit<const N: usize, S> {
     /// Derivatives at its end.
     pub slope: [S; N],
     /// An error of order 2, which sees kinks.
-    pub bend: [S; N],
+    pub defect: [S; N],
 }
 
 impl<H: System<U>, S: Varying, const N: usize, const U: usize> Stages<'_, H, S, N, U> {
@@ -108,15 +108,15 @@ impl<H: System<U>, S: Varying, const N: usize, const U: usize> Stages<'_, H, S, 
     pub fn classical(&self) -> Explicit<N, S> {
         let &Self { x, first, h, .. } = self;
         let drive_1 = self.drive(x, first);
-        let x_2 = self.placed(self.along(0.5, first), |led| led.middle);
+        let x_2 = self.placed(self.along(0.5, first), |it| it.middle);
         let x_2 = self.relaxed(x_2, |state, weights| weights.second(x[state], drive_1));
         let second = self.rates(0.5, &x_2);
         let drive_2 = self.drive(&x_2, &second);
-        let x_3 = self.placed(self.along(0.5, &second), |led| led.middle);
+        let x_3 = self.placed(self.along(0.5, &second), |it| it.middle);
         let x_3 = self.relaxed(x_3, |state, weights| weights.third(x_2[state], [drive_1, drive_2]));
         let third = self.rates(0.5, &x_3);
         let drive_3 = self.drive(&x_3, &third);
-        let x_4 = self.placed(self.along(1.0, &third), |led| led.end);
+        let x_4 = self.placed(self.along(1.0, &third), |it| it.end);
         let x_4 = self.relaxed(x_4, |state, weights| weights.fourth(x[state], [drive_1, drive_3]));
         let fourth = self.rates(1.0, &x_4);
         let drives = [drive_1, drive_2, drive_3, self.drive(&x_4, &fourth)];
@@ -124,15 +124,15 @@ impl<H: System<U>, S: Varying, const N: usize, const U: usize> Stages<'_, H, S, 
         let sixth = h / 6.0;
         let outer: [S; N] = array(|i| first[i] + fourth[i]);
         let inner: [S; N] = array(|i| second[i] + third[i]);
-        let end = self.placed(array(|i| x[i] + (outer[i] + inner[i] * 2.0) * sixth), |led| led.end);
+        let end = self.placed(array(|i| x[i] + (outer[i] + inner[i] * 2.0) * sixth), |it| it.end);
         let end = self.relaxed(end, |state, weights| weights.end(x[state], drives));
         let slope = self.rates(1.0, &end);
         let last_drive = self.drive(&end, &slope);
-        let error = self.placed(array(|i| (fourth[i] - slope[i]) * (0.5 * h)), |led| led.bend);
+        let error = self.placed(array(|i| (fourth[i] - slope[i]) * (0.5 * h)), |it| it.defect);
         let error = self.relaxed(error, |_, weights| weights.error(drives[3], last_drive));
-        let bend = self.placed(array(|i| (outer[i] - inner[i]) * sixth), |led| led.bend);
-        let bend = self.relaxed(bend, |_, weights| weights.bend(drives));
-        Explicit { trial: Trial { end, error }, slope, bend }
+        let defect = self.placed(array(|i| (outer[i] - inner[i]) * sixth), |it| it.defect);
+        let defect = self.relaxed(defect, |_, weights| weights.defect(drives));
+        Explicit { trial: Trial { end, error }, slope, defect }
     }
 
     /// One step of the midpoint rule, half as costly, with its difference from the trapezoidal rule as its error: for a
@@ -142,19 +142,19 @@ impl<H: System<U>, S: Varying, const N: usize, const U: usize> Stages<'_, H, S, 
     #[inline(always)]
     pub fn midpoint(&self) -> Explicit<N, S> {
         let &Self { x, first, h, .. } = self;
-        let mean = |led: &Led<[S; N]>| array(|i| (x[i] + led.middle[i] * 4.0 + led.end[i]) / 6.0);
+        let mean = |it: &ClosedForm<[S; N]>| array(|i| (x[i] + it.middle[i] * 4.0 + it.end[i]) / 6.0);
         let drive_1 = self.drive(x, first);
         let x_2 = self.placed(self.along(0.5, first), mean);
         let x_2 = self.relaxed(x_2, |state, weights| weights.second(x[state], drive_1));
         let second = self.rates(0.5, &x_2);
         let drive_2 = self.drive(&x_2, &second);
-        let end = self.placed(array(|i| x[i] + second[i] * h), |led| led.end);
+        let end = self.placed(array(|i| x[i] + second[i] * h), |it| it.end);
         let end = self.relaxed(end, |state, weights| weights.half_evaluated(x[state], [drive_1, drive_2]));
         let slope = self.rates(1.0, &end);
         let drives = [drive_1, drive_2, self.drive(&end, &slope)];
-        let error = self.placed(array(|i| ((first[i] + slope[i]) * 0.5 - second[i]) * h), |led| led.bend);
+        let error = self.placed(array(|i| ((first[i] + slope[i]) * 0.5 - second[i]) * h), |it| it.defect);
         let error = self.relaxed(error, |_, weights| weights.half_evaluated_error(drives));
-        Explicit { trial: Trial { end, error }, slope, bend: error }
+        Explicit { trial: Trial { end, error }, slope, defect: error }
     }
 
     /// Derivatives at a fraction of the step.
@@ -164,7 +164,7 @@ impl<H: System<U>, S: Varying, const N: usize, const U: usize> Stages<'_, H, S, 
         let &Self { system, inputs, memory, .. } = self;
         let time = self.time + fraction * self.h;
         let u = inputs.at(time);
-        if self.led.is_some() {
+        if self.closed_form.is_some() {
             system.driven(S::of(time), states, &u, memory)
         } else {
             system.derivatives(S::of(time), states, &u, memory)
@@ -178,9 +178,9 @@ impl<H: System<U>, S: Varying, const N: usize, const U: usize> Stages<'_, H, S, 
 
     /// States, or errors of states, of which those with a closed form are a part of it.
     #[inline(always)]
-    fn placed(&self, mut states: [S; N], part: impl Fn(&Led<[S; N]>) -> [S; N]) -> [S; N] {
-        if let Some(led) = self.led {
-            states[..H::LED].copy_from_slice(&part(led)[..H::LED]);
+    fn placed(&self, mut states: [S; N], part: impl Fn(&ClosedForm<[S; N]>) -> [S; N]) -> [S; N] {
+        if let Some(closed_form) = self.closed_form {
+            states[..H::CLOSED_FORM].copy_from_slice(&part(closed_form)[..H::CLOSED_FORM]);
         }
         states
     }

@@ -1,6 +1,6 @@
 //! States that follow the inputs alone, with a closed form while these are held.
 
-/// A size of steps, and how states that follow inputs alone come closer in a step of this size to where these lead.
+/// A size of steps, and the decay in a step of this size of the distance between states with a closed form and their limits.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stride<S> {
     /// The size in s.
@@ -9,13 +9,13 @@ pub struct Stride<S> {
     pub half: [[S; 2]; 2],
 }
 
-/// States that follow inputs alone, in a step over which these are held.
+/// The closed form of states in a step over which the inputs are held.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Led<X> {
-    /// In the middle, the values with which the rule of Simpson has the means over the step.
+pub struct ClosedForm<X> {
+    /// In the middle, the values with which Simpson's rule has the exact means over the step.
     pub middle: X,
     /// At the end.
     pub end: X,
-    /// By how much those in the middle differ from the true ones, which is their error for those that depend on them.
-    pub bend: X,
+    /// Defect in the middle: these values minus the true ones, a quadrature error of the states that depend on them.
+    pub defect: X,
 }

@@ -4,7 +4,7 @@
 //! |---|---|
 //! | [`System`] | a model: its tables, start, rates, events, outputs, and hints for speed |
 //! | [`Event`], [`Indicator`], [`Sample`] | ends of modes, and samples: names, indicators, times |
-//! | [`Couplings`], [`LongestSteps`], [`Led`] | speed: zeros of the Jacobian, stable steps, closed forms |
+//! | [`Couplings`], [`LongestSteps`], [`ClosedForm`] | speed: zeros of the Jacobian, stable steps, closed forms |
 //! | [`Tables`] | the variables of a model |
 
 mod closed_form;
@@ -26,7 +26,7 @@ use std::ops::Range;
 
 use serde::{Serialize, de::DeserializeOwned};
 
-pub use self::closed_form::{Led, Stride};
+pub use self::closed_form::{ClosedForm, Stride};
 pub(crate) use self::couplings::bits;
 pub use self::couplings::{Couplings, Groups};
 pub use self::event::Event;
@@ -318,7 +318,7 @@ pub trait System<const U: usize>: Clone + Send + 'static {
     //
     // Worth on the cylinder, whose plain step takes 4,300 instructions:
     // - `hints` with `is_smooth`: explicit steps in place of implicit ones with their Jacobian, a factor of two to four;
-    // - `LED` with `led` and `driven`: a fast actuator costs no small steps;
+    // - `CLOSED_FORM` with `closed_form` and `driven`: a fast actuator costs no small steps;
     // - `RELAXING` with `relaxation`: explicit steps for a stiff bristle that slides;
     // - `GROUPS` and `jacobian`: a sparse elimination and fewer directions, a third of an implicit step;
     // - where an input jumps at every step, `refresh` 10 % of a step, `indicators_hold` 4 % (5 % under Polito's law);
@@ -333,7 +333,7 @@ pub trait System<const U: usize>: Clone + Send + 'static {
     }
 
     /// Number of states, the first ones, that follow the inputs alone, and have a closed form while these are held.
-    const LED: usize = 0;
+    const CLOSED_FORM: usize = 0;
 
     /// A state that may relax within a step that is non-stiff otherwise; only in runs in which a friction law has states.
     const RELAXING: Option<StateIndex> = None;
@@ -342,7 +342,7 @@ pub trait System<const U: usize>: Clone + Send + 'static {
     /// friction law has states.
     const TURNING: Option<StateIndex> = None;
 
-    /// The [derivatives](Self::derivatives), where the first [`LED`](Self::LED) may be missing: these states have a
+    /// The [derivatives](Self::derivatives), where the first [`CLOSED_FORM`](Self::CLOSED_FORM) may be missing: these states have a
     /// closed form, and their derivatives are not used.
     fn driven<S: Varying, const N: usize>(&self, time: S, x: &[S; N], u: &[S; U], memory: &Self::Memory<S>) -> [S; N] {
         self.derivatives(time, x, u, memory)
@@ -381,21 +381,21 @@ pub trait System<const U: usize>: Clone + Send + 'static {
         false
     }
 
-    /// Facts for [`led`](Self::led) about a step of a size in s, independent of the states and the inputs.
+    /// Facts for [`closed_form`](Self::closed_form) about a step of a size in s, independent of the states and the inputs.
     fn stride<S: Varying>(&self, size: f64) -> Stride<S> {
         Stride { size, half: [[S::zero(); 2]; 2] }
     }
 
     /// The states in a step, under inputs that are held and that the memory has followed; of each array the first
-    /// [`LED`](Self::LED).
-    fn led<S: Varying, const N: usize>(
+    /// [`CLOSED_FORM`](Self::CLOSED_FORM).
+    fn closed_form<S: Varying, const N: usize>(
         &self,
         x: &[S; N],
         _u: &[S; U],
         _memory: &Self::Memory<S>,
         _stride: &Stride<S>,
-    ) -> Led<[S; N]> {
-        Led { middle: *x, end: *x, bend: [S::zero(); N] }
+    ) -> ClosedForm<[S; N]> {
+        ClosedForm { middle: *x, end: *x, defect: [S::zero(); N] }
     }
 
     /// The rate in 1/s at which the [relaxing](Self::RELAXING) state comes closer to where it is led: minus the derivative of

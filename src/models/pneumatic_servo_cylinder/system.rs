@@ -16,7 +16,8 @@ use crate::pneumatics::actuator::{Actuating, STATES};
 use crate::pneumatics::{gas, orifice};
 use crate::sensor;
 use crate::system::{
-    Groups, Hints, Indicator, Led, Limits, LongestSteps, QUANTITIES, Sample, StateIndex, Stride, System, Tables, UNUSED,
+    ClosedForm, Groups, Hints, Indicator, Limits, LongestSteps, QUANTITIES, Sample, StateIndex, Stride, System, Tables,
+    UNUSED,
 };
 use crate::variables::{Notice, Notices, ParameterError, Values};
 
@@ -39,7 +40,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool, const U: usize> System<
 
     const GROUPS: Groups = [STATES, State::FRICTION];
 
-    const LED: usize = STATES;
+    const CLOSED_FORM: usize = STATES;
 
     const RELAXING: Option<StateIndex> = Some(StateIndex::Front(State::FRICTION));
 
@@ -492,21 +493,22 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool, const U: usize> System<
         Stride { size, half: self.actuator.half(size) }
     }
 
-    fn led<S: Varying, const N: usize>(
+    fn closed_form<S: Varying, const N: usize>(
         &self,
         x: &[S; N],
         u: &[S; U],
         memory: &MemoryOf<L, A, S>,
         stride: &Stride<S>,
-    ) -> Led<[S; N]> {
+    ) -> ClosedForm<[S; N]> {
         let commands = Inputs::of(u).commands();
-        let Led { middle, end, bend } = self.actuator.later(of_actuator(x), commands, &memory.actuator, stride);
+        let ClosedForm { middle, end, defect } =
+            self.actuator.later(of_actuator(x), commands, &memory.actuator, stride);
         let placed = |own: [S; STATES]| {
             let mut all = [S::zero(); N];
             all[..STATES].copy_from_slice(&own);
             all
         };
-        Led { middle: placed(middle), end: placed(end), bend: placed(bend) }
+        ClosedForm { middle: placed(middle), end: placed(end), defect: placed(defect) }
     }
 }
 

@@ -7,7 +7,7 @@ use super::gas::GasState;
 use super::orifice::{Inflow, edge_pieces};
 use super::valve::{Edges, Port};
 use crate::numbers::{Pair, Real, Scalar, Varying};
-use crate::system::{Led, Sample, Stride};
+use crate::system::{ClosedForm, Sample, Stride};
 use crate::variables::{Fixed, ParameterError, Tunable, Variable, units};
 use crate::{enumeration, outputs, parameters};
 
@@ -169,10 +169,10 @@ impl Actuating for SwitchingValves {
         _commands: Commands<S>,
         memory: &Memory<S>,
         stride: &Stride<S>,
-    ) -> Led<[S; STATES]> {
+    ) -> ClosedForm<[S; STATES]> {
         let rates = self.driver.rates(memory);
         let after = |time: f64| [0, 1].map(|valve| openings[valve] + S::along(rates[valve] * time));
-        Led { middle: after(0.5 * stride.size), end: after(stride.size), bend: [S::zero(); STATES] }
+        ClosedForm { middle: after(0.5 * stride.size), end: after(stride.size), defect: [S::zero(); STATES] }
     }
 
     fn piece(&self, _openings: [f64; STATES], ports: &Ports<Real>, pressures: Pair<Real>) -> Pair<Real> {

@@ -5,12 +5,12 @@ mod parameters;
 
 use std::f64::consts::{PI, TAU};
 
-use super::actuation::{Actuating, BEND_WEIGHT, Commands, Ports, SHORT, STATES, SUPPLY, VOLTAGE, simpson_middle};
+use super::actuation::{Actuating, Commands, DEFECT_WEIGHT, Ports, SHORT, STATES, SUPPLY, VOLTAGE, simpson_middle};
 use super::gas::GasState;
 use super::orifice::{Inflow, edge_pieces};
 use crate::numbers::{Pair, Real, Scalar, Tangent, Varying};
 use crate::outputs;
-use crate::system::{Led, Stride};
+use crate::system::{ClosedForm, Stride};
 use crate::variables::{ParameterError, Tunable, Variable, units};
 
 pub use self::edges::{Characteristic, Edges, Opening, Port};
@@ -67,7 +67,7 @@ impl Spool {
     }
 
     /// Velocity and spool in a step towards a set point.
-    fn later<S: Varying>(&self, [velocity, spool]: [S; 2], set_point: S, stride: &Stride<S>) -> Led<[S; 2]> {
+    fn later<S: Varying>(&self, [velocity, spool]: [S; 2], set_point: S, stride: &Stride<S>) -> ClosedForm<[S; 2]> {
         let &Stride { size: step, half: [[a, b], [c, d]] } = stride;
         let moved = |[velocity, distance]: [S; 2]| [distance * c + velocity * d, distance * a + velocity * b];
         let distance = spool - set_point;
@@ -75,16 +75,16 @@ impl Spool {
         let [end_velocity, end] = moved(middle);
         if (self.stiffness + self.damping * self.damping).value * step * step < SHORT * SHORT {
             let placed = |[velocity, distance]: [S; 2]| [velocity, set_point + distance];
-            return Led { middle: placed(middle), end: placed([end_velocity, end]), bend: [S::zero(); 2] };
+            return ClosedForm { middle: placed(middle), end: placed([end_velocity, end]), defect: [S::zero(); 2] };
         }
         let way = end - distance;
         // The equation of motion, integrated over the step.
         let mean = (velocity - end_velocity - way * self.damping) / (self.stiffness * step);
         let effective = [simpson_middle(velocity, way / step, end_velocity), simpson_middle(distance, mean, end)];
-        Led {
+        ClosedForm {
             middle: [effective[0], set_point + effective[1]],
             end: [end_velocity, set_point + end],
-            bend: [effective[0] - middle[0], effective[1] - middle[1]],
+            defect: [effective[0] - middle[0], effective[1] - middle[1]],
         }
     }
 
@@ -257,10 +257,10 @@ impl Actuating for ProportionalValve {
         _commands: Commands<S>,
         set_point: &S,
         stride: &Stride<S>,
-    ) -> Led<[S; STATES]> {
-        let led = self.valve.spool.later(states, *set_point, stride);
-        let [_, spool] = led.bend;
-        Led { bend: [S::zero(), spool * BEND_WEIGHT], ..led }
+    ) -> ClosedForm<[S; STATES]> {
+        let closed_form = self.valve.spool.later(states, *set_point, stride);
+        let [_, spool] = closed_form.defect;
+        ClosedForm { defect: [S::zero(), spool * DEFECT_WEIGHT], ..closed_form }
     }
 
     fn follow<S: Varying>(&self, commands: Commands<S>, set_point: &mut S) {
@@ -409,7 +409,7 @@ mod tests {
             let spool = spool(100.0, damping);
             for step in [1e-3, 1e-2] {
                 let start = [40.0, -0.3];
-                let Led { middle, end, .. } = later(&spool, start, 0.2, step);
+                let ClosedForm { middle, end, .. } = later(&spool, start, 0.2, step);
                 let (mut x, mut sums, h) = (start, [0.0; 2], step / STEPS as f64);
                 let rates = |[v, s]: [f64; 2]| [spool.acceleration(Real::of(0.2), Real::of(s), Real::of(v)).value, v];
                 for _ in 0..STEPS {
@@ -430,7 +430,7 @@ mod tests {
                 }
             }
         }
-        let rest = Led { middle: [0.0, 0.2], end: [0.0, 0.2], bend: [0.0; 2] };
+        let rest = ClosedForm { middle: [0.0, 0.2], end: [0.0, 0.2], defect: [0.0; 2] };
         assert_eq!(later(&valve().spool, [0.0, 0.2], 0.2, 1e-3), rest);
     }
 
@@ -441,7 +441,7 @@ mod tests {
         let edge = 0.08;
         for (set_point, stays) in [(0.98 * edge, false), (0.4 * edge, true)] {
             let spool = valve.valve.spool;
-            let Led { end, .. } = later(&spool, [0.0; 2], set_point, 0.02);
+            let ClosedForm { end, .. } = later(&spool, [0.0; 2], set_point, 0.02);
             assert!(end[1] < edge);
             let voltage = 5.0 + 5.0 * set_point;
             let memory = valve.set_point(Real::of(voltage), Real::of(0.0));
@@ -486,14 +486,14 @@ mod tests {
         let (start, step) = ([0.0, -0.3], 1.0 / valve.bandwidth);
         let later = |size: f64| {
             let stride = Stride { size, half: valve.half(size) };
-            let Led { middle, end, bend } =
+            let ClosedForm { middle, end, defect } =
                 valve.later(Real::all(&start), Commands::all(Real::of(5.0)), &Real::of(0.2), &stride);
-            Led { middle: values(middle), end: values(end), bend: values(bend) }
+            ClosedForm { middle: values(middle), end: values(end), defect: values(defect) }
         };
         let (whole, [_, truth]) = (later(step), later(0.5 * step).end);
         let [_, middle] = whole.middle;
-        let [of_velocity, bend] = whole.bend;
-        assert!((middle - truth).abs() > 1e-3 && (bend - BEND_WEIGHT * (middle - truth)).abs() < 1e-12, "{bend}");
+        let [of_velocity, defect] = whole.defect;
+        assert!((middle - truth).abs() > 1e-3 && (defect - DEFECT_WEIGHT * (middle - truth)).abs() < 1e-12, "{defect}");
         assert_eq!(of_velocity, 0.0);
     }
 
@@ -502,10 +502,10 @@ mod tests {
     }
 
     /// A step of a size in s towards a set point.
-    fn later(spool: &Spool, start: [f64; 2], set_point: f64, size: f64) -> Led<[f64; 2]> {
+    fn later(spool: &Spool, start: [f64; 2], set_point: f64, size: f64) -> ClosedForm<[f64; 2]> {
         let stride = Stride { size, half: spool.propagator(0.5 * size) };
-        let Led { middle, end, bend } = spool.later(Real::all(&start), Real::of(set_point), &stride);
-        Led { middle: values(middle), end: values(end), bend: values(bend) }
+        let ClosedForm { middle, end, defect } = spool.later(Real::all(&start), Real::of(set_point), &stride);
+        ClosedForm { middle: values(middle), end: values(end), defect: values(defect) }
     }
 
     fn starts() -> Vec<Tunable> {

@@ -83,7 +83,7 @@ pub struct Run<H: System<U>, const N: usize, const U: usize, S: Varying = Real> 
     /// Derivatives at the end of the explicit step tried last.
     end_slope: [S; N],
     /// Error of the explicit step tried last if it crosses a kink.
-    bend: [S; N],
+    defect: [S; N],
     /// Hints of the system for the present mode.
     hints: Hints,
     /// Size in s of the step that met the kink on which the next one is to end; 0 if none is to.
@@ -175,7 +175,7 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
             strides: Strides::unknown(),
             error: [S::zero(); N],
             end_slope: [S::zero(); N],
-            bend: [S::zero(); N],
+            defect: [S::zero(); N],
             hints: Hints::default(),
             beyond: 0.0,
             arrived_with: None,

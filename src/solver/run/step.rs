@@ -18,7 +18,7 @@ const LOOSE: f64 = 1e-4;
 const KINK_SHARE: f64 = 0.1;
 /// Share of the difference from the midpoint rule that counts as error, where the estimate of the explicit method is too
 /// small.
-const BEND_SHARE: f64 = 0.3;
+const DEFECT_SHARE: f64 = 0.3;
 const MAX_GROWTH: f64 = 5.0;
 const MAX_SHRINKAGE: f64 = 0.1;
 /// Multiple of its scale that no state exceeds unless the scheme diverges.
@@ -63,7 +63,7 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
         };
         let mut error = self.error_norm(&end, &self.error);
         if self.is_explicit && self.hints.is_fast {
-            error = error.max(BEND_SHARE * self.error_norm(&end, &self.bend));
+            error = error.max(DEFECT_SHARE * self.error_norm(&end, &self.defect));
         }
         if error > 1.0 {
             let kink = self.kink(h, end_time, &end).filter(Kink::is_well_within);
@@ -77,13 +77,13 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
         if self.is_explicit
             && let Some(kink) = self.kink(h, end_time, &end)
         {
-            let share = self.error_norm(&end, &self.bend) * kink.weight() / KINK_SHARE;
+            let share = self.error_norm(&end, &self.defect) * kink.weight() / KINK_SHARE;
             if share > 1.0 {
                 if self.is_midpoint && !kink.is_well_within() {
                     return self.give_up_midpoint(h, share);
                 }
                 let factor = self.go_for(kink, h);
-                let reason = |run: &Self| Rejection::Inaccurate(run.least_accurate(&end, &run.bend));
+                let reason = |run: &Self| Rejection::Inaccurate(run.least_accurate(&end, &run.defect));
                 return self.reject(h, factor, reason);
             }
         }
@@ -183,15 +183,15 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
                     .and_then(|_| Relaxing::new(system.relaxation(S::of(time), x, &here.derivatives, &u, memory), h));
                 let relaxing = Self::RELAXING.zip(relaxing.as_ref());
                 let (first, is_midpoint) = (&here.derivatives, self.is_midpoint);
-                let stages = Stages { system, time, x, inputs, memory, first, h, led: None, relaxing };
-                let Explicit { trial, slope, bend } = if H::LED > 0 && !inputs.vary() {
+                let stages = Stages { system, time, x, inputs, memory, first, h, closed_form: None, relaxing };
+                let Explicit { trial, slope, defect } = if H::CLOSED_FORM > 0 && !inputs.vary() {
                     let stride = self.strides.of(h, |size| system.stride(size));
-                    let led = system.led(x, &u, memory, &stride);
-                    Stages { led: Some(&led), ..stages }.taken(is_midpoint)
+                    let closed_form = system.closed_form(x, &u, memory, &stride);
+                    Stages { closed_form: Some(&closed_form), ..stages }.taken(is_midpoint)
                 } else {
                     stages.taken(is_midpoint)
                 };
-                (self.end_slope, self.bend) = (slope, bend);
+                (self.end_slope, self.defect) = (slope, defect);
                 trial
             }
             Scheme::Adaptive => {

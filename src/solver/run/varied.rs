@@ -337,10 +337,10 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
     /// The states within a step: on the cubic between its ends, but for those with a closed form.
     pub(super) fn between(&self, path: &Hermite<N>, fraction: f64) -> [f64; N] {
         let mut x = path.at(fraction);
-        if H::LED > 0 && !self.inputs.vary() {
+        if H::CLOSED_FORM > 0 && !self.inputs.vary() {
             let (start, u) = (numbers(path.start), self.inputs.at(self.time));
-            let led = self.system.led(&start, &u, &self.memory, &self.system.stride(fraction * path.h));
-            x.iter_mut().zip(led.end).take(H::LED).for_each(|(state, led)| *state = led.value());
+            let closed_form = self.system.closed_form(&start, &u, &self.memory, &self.system.stride(fraction * path.h));
+            x.iter_mut().zip(closed_form.end).take(H::CLOSED_FORM).for_each(|(state, end)| *state = end.value());
         }
         x
     }
@@ -363,9 +363,10 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
         }
         let rate = || system.relaxation(S::of(time), x, &first, &u, memory);
         let relaxing = Self::RELAXING.and_then(|_| Relaxing::new(rate(), size));
-        let led = (H::LED > 0 && !inputs.vary()).then(|| system.led(x, &u, memory, &system.stride(size)));
-        let (led, relaxing) = (led.as_ref(), Self::RELAXING.zip(relaxing.as_ref()));
-        let stages = Stages { system, time, x, inputs, memory, first: &first, h: size, led, relaxing };
+        let closed_form =
+            (H::CLOSED_FORM > 0 && !inputs.vary()).then(|| system.closed_form(x, &u, memory, &system.stride(size)));
+        let (closed_form, relaxing) = (closed_form.as_ref(), Self::RELAXING.zip(relaxing.as_ref()));
+        let stages = Stages { system, time, x, inputs, memory, first: &first, h: size, closed_form, relaxing };
         let Explicit { trial: Trial { end, error }, slope, .. } = stages.classical();
         Some(Piece { end, error, rates: Some(slope) })
     }

@@ -5,7 +5,7 @@ use pneumatic_servo::pneumatics::actuator::{Commands, Ports, STATES, SUPPLY, VOL
 use pneumatic_servo::pneumatics::gas::GasState;
 use pneumatic_servo::pneumatics::orifice::{Inflow, Orifice, edge_pieces, is_above};
 use pneumatic_servo::prelude::*;
-use pneumatic_servo::system::{Led, Stride};
+use pneumatic_servo::system::{ClosedForm, Stride};
 
 parameters! {
     /// The parameters of [`ValvePair`].
@@ -112,11 +112,11 @@ impl Actuating for ValvePair {
         commands: Commands<S>,
         _memory: &(),
         stride: &Stride<S>,
-    ) -> Led<[S; STATES]> {
+    ) -> ClosedForm<[S; STATES]> {
         let openings = Self::openings(commands.voltage);
         let left = stride.half[0][0];
         let towards = |left: S| [0, 1].map(|side| openings[side] + (spools[side] - openings[side]) * left);
-        Led { middle: towards(left), end: towards(left * left), bend: [S::zero(); STATES] }
+        ClosedForm { middle: towards(left), end: towards(left * left), defect: [S::zero(); STATES] }
     }
 
     fn feed<S: Scalar>(&self, spools: [S; STATES], ports: &Ports<S>, gas: GasState<Pair<S>>) -> Inflow<Pair<S>> {
