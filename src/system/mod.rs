@@ -9,12 +9,12 @@
 
 mod closed_form;
 mod couplings;
+mod discrete_state;
 mod event;
-mod held;
+mod held_inputs;
 mod hints;
 mod indicators;
 mod jacobian;
-mod kept;
 mod limits;
 mod longest_steps;
 mod sample;
@@ -29,17 +29,17 @@ use serde::{Serialize, de::DeserializeOwned};
 pub use self::closed_form::{ClosedForm, Stride};
 pub(crate) use self::couplings::bits;
 pub use self::couplings::{Couplings, Groups};
+pub use self::discrete_state::Kept;
+#[cfg(feature = "sensitivities")]
+pub(crate) use self::discrete_state::{are_alike, still};
+pub(crate) use self::discrete_state::{kept, varied};
 pub use self::event::Event;
 pub(crate) use self::event::assert_sound;
 #[doc(hidden)]
-pub use self::held::Held;
+pub use self::held_inputs::Held;
 pub use self::hints::Hints;
 pub use self::indicators::{Indicator, IndicatorSet, UNUSED};
 pub(crate) use self::jacobian::{jacobian_by_couplings, jacobian_by_duals};
-pub use self::kept::Kept;
-#[cfg(feature = "sensitivities")]
-pub(crate) use self::kept::{are_alike, still};
-pub(crate) use self::kept::{kept, varied};
 pub use self::limits::Limits;
 pub use self::longest_steps::LongestSteps;
 pub use self::sample::Sample;
