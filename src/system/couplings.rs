@@ -15,14 +15,34 @@ pub type Groups = [usize; 2];
 #[derive(Clone, Debug)]
 pub struct Couplings<const N: usize> {
     /// The direction of each state.
-    pub direction: [u8; N],
+    pub(super) direction: [u8; N],
     /// For each rate, the states on which it can depend, as bits.
-    pub rates: [u64; N],
+    pub(super) rates: [u64; N],
 }
 
 impl<const N: usize> Couplings<N> {
     /// The couplings of no states.
     pub const NONE: Self = Self { direction: [0; N], rates: [0; N] };
+
+    /// The couplings of rates, for each of which the states on which it can depend are given as bits. The states choose
+    /// their directions in turn, those with the most neighbours first: each takes the first one without a neighbour in it.
+    pub fn new(rates: [u64; N]) -> Self {
+        // The states that a rate depends on together with the one of the place.
+        let mut neighbours = [0; N];
+        for states in rates {
+            bits(states).for_each(|state| neighbours[state] |= states);
+        }
+        let mut order: [usize; N] = std::array::from_fn(|state| state);
+        order.sort_by_key(|state| std::cmp::Reverse(neighbours[*state].count_ones()));
+        let (mut direction, mut taken) = ([0; N], [0; N]);
+        for state in order {
+            let is_free = |states: &u64| states & neighbours[state] == 0;
+            let first = taken.iter().position(is_free).expect("there are as many directions as states");
+            taken[first] |= 1 << state;
+            direction[state] = first as u8;
+        }
+        Self { direction, rates }
+    }
 
     /// The couplings in a vector of `M` states, of which these are the first `states`: the same number is in front, and the
     /// others stand behind states that rest.

@@ -152,21 +152,6 @@ fn scatter<S, const D: usize, const N: usize>(
 const PRESSURE: [usize; 2] = [PRESSURE_A, PRESSURE_B];
 const TEMPERATURE: [usize; 2] = [TEMPERATURE_A, TEMPERATURE_B];
 
-/// Directions of the states of the actuator, of both pressures and both temperatures, of position and velocity.
-const ACTUATOR: [u8; STATES] = [0, 1];
-const PRESSURES: [u8; 2] = [2, 3];
-const TEMPERATURES: [u8; 2] = [4, 5];
-const MOTION: [u8; 2] = [6, 7];
-/// Directions of the volumes of a hose, apart from the first, and of its columns.
-const LATER_VOLUMES: [u8; VOLUMES - 1] = [9, 11, 0];
-const LINE_COLUMNS: [u8; COLUMNS] = [8, 10, 8];
-/// The flow through the valve changes the first volumes of both hoses and the vessel.
-const FIRST_VOLUMES: [u8; 2] = MOTION;
-const OF_VESSEL: u8 = 10;
-/// Directions of the states of the friction law, which change nothing but themselves and the motion; the next one is that
-/// of the sensors.
-const REST: [u8; 11] = [0, 1, 4, 5, 8, 9, 10, 11, 12, 13, 14];
-
 // Which states of a cylinder with lines change which others, for its Jacobian.
 impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<L, A, EXTENDED> {
     /// Whether lines or sensors have states.
@@ -176,9 +161,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
 
     /// The couplings of a cylinder among as many states as it has.
     pub(super) fn found_couplings(&self) -> Couplings<MOST> {
-        let n = self.states();
-        let lines = self.indices_of_lines(n);
-        Couplings { direction: self.directions(n, &lines), rates: self.dependencies(n, &lines) }
+        Couplings::new(self.dependencies(self.states()))
     }
 
     /// The couplings among the states of a run.
@@ -186,43 +169,12 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
         self.couplings.among(self.states(), State::FRICTION + self.friction.count())
     }
 
-    /// The indices of the states of the lines, where they are integrated.
-    fn indices_of_lines(&self, n: usize) -> [Option<usize>; LINE_STATES] {
-        let mut indices = [None; LINE_STATES];
-        self.places_of_lines(n).for_each(|(place, index)| indices[place] = Some(index));
-        indices
-    }
-
-    fn directions(&self, n: usize, lines: &[Option<usize>; LINE_STATES]) -> [u8; MOST] {
-        let mut direction = [0; MOST];
-        direction[..STATES].copy_from_slice(&ACTUATOR);
-        for side in 0..2 {
-            direction[PRESSURE[side]] = PRESSURES[side];
-            direction[TEMPERATURE[side]] = TEMPERATURES[side];
-        }
-        for (state, free) in self.friction.states().zip(REST) {
-            direction[state] = free;
-        }
-        direction[self.sensor_states(n)].fill(REST[self.friction.count()]);
-        [direction[State::Position.at(n)], direction[State::Velocity.at(n)]] = MOTION;
-        for (place, index) in lines.iter().enumerate() {
-            let Some(index) = *index else { continue };
-            direction[index] = match place {
-                VESSEL => OF_VESSEL,
-                // No rate depends on it.
-                METER => 0,
-                _ => match place % HOSE {
-                    0 => FIRST_VOLUMES[place / HOSE],
-                    volume if volume < VOLUMES => LATER_VOLUMES[volume - 1],
-                    column => LINE_COLUMNS[column - VOLUMES],
-                },
-            };
-        }
-        direction
-    }
-
-    fn dependencies(&self, n: usize, lines: &[Option<usize>; LINE_STATES]) -> [u64; MOST] {
+    /// For each rate, the states on which it can depend.
+    fn dependencies(&self, n: usize) -> [u64; MOST] {
         let mut rates = [0; MOST];
+        // The indices of the states of the lines, where they are integrated.
+        let mut lines = [None; LINE_STATES];
+        self.places_of_lines(n).for_each(|(place, index)| lines[place] = Some(index));
         let of_lines = |places: &[usize]| set(places.iter().filter_map(|place| lines[*place]));
         let valve = set(0..STATES) | of_lines(&[VESSEL]);
         let motion = set([State::Position.at(n), State::Velocity.at(n)]);
@@ -378,20 +330,6 @@ mod couplings {
                         (part - expected).abs() <= 1e-13 * expected.abs(),
                         "{case:?}: {part}, not {expected}, in row {row} and column {column}"
                     );
-                }
-            }
-        }
-    }
-
-    #[test]
-    fn no_rate_depends_on_two_states_of_one_direction() {
-        for case in cases() {
-            let Couplings { direction, rates } = couplings(&cylinder(&case));
-            for (row, depends) in rates.into_iter().enumerate() {
-                let mut taken = [None; 16];
-                for state in (0..MOST).filter(|state| depends >> state & 1 == 1) {
-                    let other = taken[usize::from(direction[state])].replace(state);
-                    assert_eq!(other, None, "{case:?}: the rate of {row} depends on {state}, too");
                 }
             }
         }
