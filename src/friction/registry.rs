@@ -35,7 +35,7 @@ macro_rules! builtin_laws {
             22 SineRegularised "sineRegularised" OfVelocity<builtin::sine_regularised::SineRegularised>, "Static peak and kinetic friction as half sine waves of velocity (creeps)";
             23 StickSlipSpring "stickSlipSpring" builtin::stick_slip_spring::StickSlipSpring, "Spring-damper while sticking, Coulomb friction while sliding";
             24 StickSlipCreep "stickSlipCreep" OneBristle<builtin::stick_slip_creep::StickSlipCreep>, "Bounded stiction displacement at low speed, Coulomb friction at high speed";
-            25 Table "table" builtin::table::Table, "Friction by measured points over speed, for each direction, with true stiction";
+            25 Table "table" StickSlip<builtin::table::Table>, "Friction by measured points over speed, for each direction, with true stiction";
             $($own)*
         }
     };

@@ -23,7 +23,7 @@ parameters! {
 }
 
 impl SetValued for Coulomb {
-    fn break_away<S: Scalar>(&self, level: S) -> S {
+    fn break_away<S: Scalar>(&self, _direction: f64, level: S) -> S {
         level * self.coulomb_force
     }
 

@@ -1,10 +1,8 @@
 //! Friction by measured points.
 
-use crate::friction::event::{Event, Indicators};
-use crate::friction::law::{Contact, Drive, FrictionLaw, Stiction};
 use crate::friction::parts::parameters::viscous;
-use crate::friction::parts::stick_slip::Mode;
-use crate::numbers::{MonotoneCurve, Number, Scalar, Varying};
+use crate::friction::parts::stick_slip::SetValued;
+use crate::numbers::{MonotoneCurve, Number, Scalar};
 use crate::variables::{ParameterError, ParameterSet, Tunable, Variable, units};
 
 /// Points that each direction may have.
@@ -135,75 +133,34 @@ impl Side {
 }
 
 impl Table {
-    fn side(&self, is_outwards: bool) -> &Side {
-        &self.sides[usize::from(!is_outwards)]
-    }
-
-    /// Largest force in N that holds the mass against the applied force.
-    fn break_away<S: Scalar>(&self, contact: &Contact<S>) -> S {
-        contact.level * self.side(contact.applied.value() >= 0.0).break_away
+    fn side(&self, direction: f64) -> &Side {
+        &self.sides[usize::from(direction < 0.0)]
     }
 }
 
-impl FrictionLaw for Table {
-    type Memory<S: Varying> = Mode;
-
-    fn stiction(&self) -> Stiction {
-        Stiction::Exact
-    }
-
-    fn events(&self) -> &'static [Event] {
-        Mode::EVENTS
-    }
-
-    fn follows(&self) -> &'static [Drive] {
-        Mode::FOLLOWS
-    }
-
+impl SetValued for Table {
     fn is_gentle(&self) -> bool {
         self.sides.iter().all(|side| side.steepest < STEEP)
     }
 
-    fn start<S: Varying>(&self, contact: &Contact<S>) -> Mode {
-        Mode::at(contact, contact.velocity, self.break_away(contact))
+    fn break_away<S: Scalar>(&self, direction: f64, level: S) -> S {
+        level * self.side(direction).break_away
     }
 
-    fn force<S: Scalar>(&self, contact: &Contact<S>, _z: &[S], mode: &Mode, _rates: &mut [S]) -> S {
-        match *mode {
-            Mode::Stuck => Mode::holding_force(contact, self.break_away(contact)),
-            Mode::Sliding(direction) => {
-                let dry = self.side(direction > 0.0).at(contact.velocity * direction);
-                contact.level * dry * direction + contact.velocity * self.viscous
-            }
-        }
-    }
-
-    fn indicators<S: Varying>(&self, contact: &Contact<S>, _z: &[S], mode: &Mode, out: &mut Indicators<S>) {
-        mode.indicators(contact, || self.break_away(contact), out);
-    }
-
-    fn switch<S: Varying>(&self, _event: Event, contact: &Contact<S>, velocity: &mut S, _z: &mut [S], mode: &mut Mode) {
-        *mode = mode.switched(contact, velocity, self.break_away(contact));
-    }
-
-    fn follow<S: Varying>(&self, contact: &Contact<S>, _z: &[S], mode: &mut Mode) -> bool {
-        let before = *mode;
-        *mode = Mode::at(contact, contact.velocity, self.break_away(contact));
-        *mode != before
-    }
-
-    fn is_sticking<S: Varying>(mode: &Mode) -> bool {
-        *mode == Mode::Stuck
+    fn kinetic<S: Scalar>(&self, velocity: S, direction: f64, level: S) -> S {
+        level * self.side(direction).at(velocity * direction) * direction + velocity * self.viscous
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::friction::law::{Contact, Drive, FrictionLaw};
+    use crate::friction::parts::stick_slip::StickSlip;
     use crate::numbers::Real;
 
     /// Two points outwards, of 9 N at rest and 5 N at 0.1 m/s; three inwards, that rise at last.
-    fn law(viscous: f64) -> Table {
+    fn law<L: ParameterSet>(viscous: f64) -> L {
         let mut values: Vec<Tunable> =
             Table::table().iter().map(|it| Tunable::still(it.start.expect("a default"))).collect();
         let mut set = |name: &str, value: f64| {
@@ -220,15 +177,11 @@ mod tests {
                 set(&format!("{side}.force[{}]", place + 1), *force);
             }
         }
-        Table::read(&values).unwrap()
-    }
-
-    fn contact(velocity: f64, applied: f64, level: f64) -> Contact<Real> {
-        Contact { time: 0.0, position: 0.0, velocity, applied, level, drive: Drive::Force }.still()
+        L::read(&values).unwrap()
     }
 
     fn sliding(law: &Table, velocity: f64, level: f64) -> f64 {
-        law.force(&contact(velocity, 0.0, level), &[], &Mode::Sliding(velocity.signum()), &mut []).value
+        law.kinetic(Real::of(velocity), velocity.signum(), Real::of(level)).value
     }
 
     /// Two points make a line; beyond the last one a curve that falls is constant, and one that rises goes on.
@@ -260,9 +213,11 @@ mod tests {
 
     #[test]
     fn each_side_breaks_away_at_its_first_force() {
-        let law = law(0.0);
+        let law: StickSlip<Table> = law(0.0);
         for (applied, holds) in [(8.9, true), (9.1, false), (-5.9, true), (-6.1, false)] {
-            assert_eq!(Table::is_sticking::<Real>(&law.start(&contact(0.0, applied, 1.0))), holds, "{applied} N");
+            let (time, position, velocity, level, drive) = (0.0, 0.0, 0.0, 1.0, Drive::Force);
+            let contact = Contact { time, position, velocity, applied, level, drive }.still::<Real>();
+            assert_eq!(StickSlip::<Table>::is_sticking::<Real>(&law.start(&contact)), holds, "{applied} N");
         }
     }
 

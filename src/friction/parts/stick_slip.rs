@@ -86,8 +86,8 @@ pub trait SetValued: ParameterSet {
         true
     }
 
-    /// Largest force in N that holds the mass at a load level; not negative.
-    fn break_away<S: Scalar>(&self, level: S) -> S;
+    /// Largest force in N that holds the mass against an applied force in a direction, +1 or -1, at a load level; not negative.
+    fn break_away<S: Scalar>(&self, direction: f64, level: S) -> S;
 
     /// Force in N while sliding in a direction; smooth in the velocity across 0, where an event ends it, and there no larger
     /// than the break-away force.
@@ -108,12 +108,12 @@ impl<L: SetValued> StickSlip<L> {
     /// Refuses a contact that breaks away under a force against which it cannot start to slide.
     fn check_rest(&self) -> Result<(), ParameterError> {
         for level in LEVELS {
-            let break_away = self.0.break_away(Real::of(level)).value;
-            if break_away < 0.0 {
-                let reason = format!("at the load level {level} it must not be negative");
-                return Err(ParameterError::new("break-away force", break_away, &reason));
-            }
             for direction in [1.0, -1.0] {
+                let break_away = self.0.break_away(direction, Real::of(level)).value;
+                if break_away < 0.0 {
+                    let reason = format!("at the load level {level} it must not be negative");
+                    return Err(ParameterError::new("break-away force", break_away, &reason));
+                }
                 let kinetic = direction * self.0.kinetic(Real::of(0.0), direction, Real::of(level)).value;
                 if kinetic > break_away * (1.0 + ROUNDING) {
                     let side = if direction > 0.0 { "+0" } else { "-0" };
@@ -129,7 +129,8 @@ impl<L: SetValued> StickSlip<L> {
     }
 
     fn break_away_at<S: Scalar>(&self, contact: &Contact<S>) -> S {
-        self.0.break_away(contact.level)
+        let direction = if contact.applied.value() < 0.0 { -1.0 } else { 1.0 };
+        self.0.break_away(direction, contact.level)
     }
 }
 
@@ -163,7 +164,7 @@ impl<L: SetValued> FrictionLaw for StickSlip<L> {
 
     fn force<S: Scalar>(&self, contact: &Contact<S>, _z: &[S], mode: &Mode, _rates: &mut [S]) -> S {
         match *mode {
-            Mode::Stuck => Mode::holding_force(contact, self.0.break_away(contact.level)),
+            Mode::Stuck => Mode::holding_force(contact, self.break_away_at(contact)),
             Mode::Sliding(direction) => self.0.kinetic(contact.velocity, direction, contact.level),
         }
     }

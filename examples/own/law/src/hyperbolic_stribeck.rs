@@ -28,7 +28,7 @@ impl SetValued for HyperbolicStribeck {
         check_forces(self.static_force, "Fc", self.coulomb_force)
     }
 
-    fn break_away<S: Scalar>(&self, level: S) -> S {
+    fn break_away<S: Scalar>(&self, _direction: f64, level: S) -> S {
         level * self.static_force
     }
 

@@ -18,7 +18,7 @@ parameters! {
 }
 
 impl SetValued for Grip {
-    fn break_away<S: Scalar>(&self, level: S) -> S {
+    fn break_away<S: Scalar>(&self, _direction: f64, level: S) -> S {
         level * self.holding
     }
 
@@ -55,22 +55,22 @@ impl FrictionLaw for Unchecked {
     }
 
     fn start<S: Varying>(&self, contact: &Contact<S>) -> Mode {
-        Mode::at(contact, contact.velocity, self.0.break_away(contact.level))
+        Mode::at(contact, contact.velocity, self.0.break_away(1.0, contact.level))
     }
 
     fn force<S: Scalar>(&self, contact: &Contact<S>, _z: &[S], mode: &Mode, _rates: &mut [S]) -> S {
         match *mode {
-            Mode::Stuck => Mode::holding_force(contact, self.0.break_away(contact.level)),
+            Mode::Stuck => Mode::holding_force(contact, self.0.break_away(1.0, contact.level)),
             Mode::Sliding(direction) => self.0.kinetic(contact.velocity, direction, contact.level),
         }
     }
 
     fn indicators<S: Varying>(&self, contact: &Contact<S>, _z: &[S], mode: &Mode, out: &mut Indicators<S>) {
-        mode.indicators(contact, || self.0.break_away(contact.level), out);
+        mode.indicators(contact, || self.0.break_away(1.0, contact.level), out);
     }
 
     fn switch<S: Varying>(&self, _event: Event, contact: &Contact<S>, velocity: &mut S, _z: &mut [S], mode: &mut Mode) {
-        *mode = mode.switched(contact, velocity, self.0.break_away(contact.level));
+        *mode = mode.switched(contact, velocity, self.0.break_away(1.0, contact.level));
     }
 
     fn is_sticking<S: Varying>(mode: &Mode) -> bool {
