@@ -72,7 +72,7 @@ const SHIFT: f64 = 4000.0;
 fn by_inverse<const N: usize>(jacobian: &SMatrix<f64, N, N>, right: [f64; N]) -> [f64; N] {
     // Known when compiling, as in the solver.
     let groups = const { <PneumaticServoCylinder as System<3>>::GROUPS };
-    let inverse = Inverse::new(jacobian, SHIFT, groups).expect("no pivot is zero");
+    let inverse = Inverse::new(jacobian, SHIFT, groups, false).expect("no pivot is zero");
     (0..STAGES).fold(right, |solution, _| inverse.times(&solution, groups))
 }
 

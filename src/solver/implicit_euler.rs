@@ -2,7 +2,7 @@
 
 use nalgebra::SMatrix;
 
-use super::linear::Solver;
+use super::linear::Inverse;
 use super::trial::Trial;
 use super::{array, values};
 use crate::numbers::{DIRECTIONS, Varying};
@@ -34,8 +34,8 @@ pub fn step<H: System<U>, S: Varying, const N: usize, const U: usize>(
         let derivatives = system.jacobian(end_time, &end, &u, memory, &mut jacobian.data.0);
         *jacobians += 1;
         let residual = array(|i| (x[i] - end[i]) / h + derivatives[i]);
-        let solver = Solver::new(&jacobian, 1.0 / h, H::GROUPS, system.hints(start, memory).is_chain)?;
-        let change = solver.solve(&residual, H::GROUPS);
+        let inverse = Inverse::new(&jacobian, 1.0 / h, H::GROUPS, system.hints(start, memory).is_chain)?;
+        let change = inverse.times(&residual, H::GROUPS);
         for i in 0..N {
             end[i] += change[i];
         }
@@ -51,7 +51,7 @@ pub fn step<H: System<U>, S: Varying, const N: usize, const U: usize>(
             let besides = system.derivatives(S::of(end_time), &ended, &inputs.at(end_time), memory);
             let slopes: [[f64; N]; DIRECTIONS] = std::array::from_fn(|way| {
                 let right = array(|i| start[i].slopes()[way] / h + besides[i].slopes()[way]);
-                solver.solve(&right, H::GROUPS)
+                inverse.times(&right, H::GROUPS)
             });
             let end = array(|i| S::with(end[i], slopes.map(|slopes| slopes[i])));
             return Some(Trial { end, error: [S::zero(); N] });

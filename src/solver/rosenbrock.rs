@@ -4,7 +4,7 @@
 //! Hairer, Wanner (1996), Solving Ordinary Differential Equations II, 2nd edition, section IV.10 and the code RODAS.
 //! The coefficients are transformed (section IV.7) so that no stage needs a product with the Jacobian.
 
-use super::linear::Solver;
+use super::linear::Inverse;
 use super::trial::{Linearisation, Trial};
 use super::{array, numbers, values};
 use crate::numbers::{DIRECTIONS, Slopes, Varying};
@@ -47,14 +47,15 @@ pub fn step<H: System<U>, S: Varying, const N: usize, const U: usize>(
     linearisation: &Linearisation<N, S>,
     h: f64,
 ) -> Option<Trial<N, S>> {
-    let solver = Solver::new(&linearisation.jacobian, 1.0 / (GAMMA * h), H::GROUPS, system.hints(x, memory).is_chain)?;
+    let inverse =
+        Inverse::new(&linearisation.jacobian, 1.0 / (GAMMA * h), H::GROUPS, system.hints(x, memory).is_chain)?;
     let rates = |fraction: f64, argument: &[S; N]| {
         let stage_time = time + fraction * h;
         system.derivatives(S::of(stage_time), argument, &inputs.at(stage_time), memory)
     };
     // With `W = I/(gamma*h) - J` a stage `W*k = r` varies by `W*k' = r' + J'*k`.
     let solve = |right: [S; N]| {
-        let solved = solver.solve(&values(&right), H::GROUPS);
+        let solved = inverse.times(&values(&right), H::GROUPS);
         if !S::VARIES {
             return numbers(&solved);
         }
@@ -64,7 +65,7 @@ pub fn step<H: System<U>, S: Varying, const N: usize, const U: usize>(
         });
         let slopes: [[f64; N]; DIRECTIONS] = std::array::from_fn(|way| {
             let right: [f64; N] = array(|i| right[i].slopes()[way] + bent[i][way]);
-            solver.solve(&right, H::GROUPS)
+            inverse.times(&right, H::GROUPS)
         });
         array(|i| S::with(solved[i], slopes.map(|slopes| slopes[i])))
     };

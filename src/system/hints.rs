@@ -14,6 +14,6 @@ pub struct Hints {
     /// valve that opens within a step. The difference from the midpoint rule then counts, too.
     pub is_fast: bool,
     /// Whether states are coupled as in a chain: in no [`GROUPS`](super::System::GROUPS), but most of them not at all. Matrices are
-    /// then factorised without their zeros.
+    /// then inverted as a whole, and explicit steps are cheaper beside implicit ones.
     pub is_chain: bool,
 }
