@@ -11,18 +11,14 @@ use crate::variables::{Notices, ParameterError};
 
 /// Starts a run of equations, with the smallest of some numbers of states that is enough: the library is compiled for each. One
 /// may have a condition.
-#[doc(hidden)]
-#[macro_export]
 macro_rules! start_sized {
     ($start:expr, $equations:ty, $inputs:expr, [$($sizes:tt)+]) => {{
         let (equations, settings) = $crate::session::build::<$equations, { $inputs }>($start)?;
-        $crate::run_sized!($start, equations, settings, $inputs, [$($sizes)+])
+        $crate::co_simulation::run_sized!($start, equations, settings, $inputs, [$($sizes)+])
     }};
 }
 
 /// The same of equations that are built.
-#[doc(hidden)]
-#[macro_export]
 macro_rules! run_sized {
     ($start:expr, $equations:expr, $settings:expr, $inputs:expr, [$($states:expr $(=> $when:expr)?),+]) => {'run: {
         let (equations, settings) = ($equations, $settings);
@@ -39,10 +35,11 @@ macro_rules! run_sized {
 
 /// The most bytes that a serialized [`Snapshot`] of equations with at most a number of states takes. A number takes at most a quarter
 /// more of them than in memory, where it is written with 7 bits in a byte, and a choice takes one that memory may do without.
-#[doc(hidden)]
 pub const fn snapshot_size<E: System<U>, const U: usize>(states: usize) -> usize {
     size_of::<f64>() * states + size_of::<(E::Memory<Real>, Progress, f64)>() / 4 * 5 + 128
 }
+
+pub(crate) use {run_sized, start_sized};
 
 /// A run of equations: plain, or in numbers with derivatives. Each size of the vector of states is compiled for both.
 pub trait Product: Sized {

@@ -16,6 +16,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::co_simulation::Product;
+use crate::co_simulation::start_sized;
 use crate::friction::{
     self, Contact, ContactLaw, Event, Friction, FrictionContact, FrictionLaw, Indicators, Law, MAX_STATES, Trend,
     states,
@@ -24,7 +25,7 @@ use crate::model::{Experiment, Functions, Model, Panel, Start};
 use crate::numbers::{Real, Scalar, Varying};
 use crate::system::{Indicator, Limits, Sample, System, Tables, references};
 use crate::variables::{Fixed, Notices, ParameterError, ParameterSet, Values, Variable, units};
-use crate::{enumeration, inputs, outputs, parameters, start_sized, states};
+use crate::{enumeration, inputs, outputs, parameters, states};
 
 /// The model as the library offers it.
 pub const MODEL: Model = model::<Friction>();

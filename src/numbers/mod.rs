@@ -20,8 +20,7 @@ mod scalar;
 mod tangent;
 
 pub use dual::{Dual, Real};
-#[doc(hidden)]
-pub use monotone::MonotoneCurve;
+pub(crate) use monotone::MonotoneCurve;
 pub use number::Number;
 pub use pair::Pair;
 pub(crate) use scalar::KEPT;

@@ -2,11 +2,9 @@
 
 mod actuation;
 pub mod actuator;
-#[doc(hidden)]
-pub mod chamber;
+pub(crate) mod chamber;
 pub mod gas;
-#[doc(hidden)]
-pub mod hose;
+pub(crate) mod hose;
 mod lag;
 pub mod orifice;
 #[doc(hidden)]

@@ -30,14 +30,12 @@ pub fn lent(of: TypeId, make: impl FnOnce() -> Table) -> &'static Table {
 
 /// Frees the tables without other owners; they are made again when they are needed. For a shared library that is about to be
 /// unloaded, and would leave them behind.
-#[doc(hidden)]
 pub fn forget_tables() {
     forget(&KEPT);
 }
 
 /// Frees what a list holds, unless a thread has it: one that has ended in the middle of adding something, as threads do when a
 /// process ends, keeps it for good.
-#[doc(hidden)]
 pub fn forget<T>(list: &Mutex<Vec<T>>) {
     let kept = match list.try_lock() {
         Ok(mut all) => mem::take(&mut *all),

@@ -26,7 +26,7 @@ parameters! {
     ///
     /// # Validity
     /// Sticking is an oscillation of frequency `sqrt(sigma0/m)` about the anchor, not a rest. Steps of the solver are at
-    /// most `tauL/4`; see [`DelayLine`] for what it resolves: an oscillation of the velocity of frequency `f` comes back with
+    /// most `tauL/4`; see `DelayLine` for what it resolves: an oscillation of the velocity of frequency `f` comes back with
     /// an error of at most `6.2e-5*(f*tauL)^3` of its amplitude, 0.4 % at `f = 4/tauL` (800 Hz with the default, 20 Hz with
     /// `tauL` = 0.2 s).
     ///

@@ -22,25 +22,16 @@ macro_rules! wrapper {
     };
 }
 
-#[doc(hidden)]
-pub mod anchored;
-#[doc(hidden)]
-pub mod bounded;
-#[doc(hidden)]
-pub mod curve;
-#[doc(hidden)]
-pub mod delay;
-#[doc(hidden)]
-pub mod elements;
-#[doc(hidden)]
-pub mod fading;
-#[doc(hidden)]
-pub mod list;
+pub(crate) mod anchored;
+pub(crate) mod bounded;
+pub(crate) mod curve;
+pub(crate) mod delay;
+pub(crate) mod elements;
+pub(crate) mod fading;
+pub(crate) mod list;
 pub mod of_velocity;
 pub mod one_bristle;
 pub mod parameters;
-#[doc(hidden)]
-pub mod ramp;
-#[doc(hidden)]
-pub mod shared;
+pub(crate) mod ramp;
+pub(crate) mod shared;
 pub mod stick_slip;

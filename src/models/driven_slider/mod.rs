@@ -19,11 +19,11 @@ use serde::{Deserialize, Serialize};
 use self::variables::{Inputs, Outputs, Parameters, State};
 use self::walk::{Harmonic, Walk};
 use crate::co_simulation::Product;
+use crate::co_simulation::start_sized;
 use crate::friction::{self, Contact, Drive, Event, Friction, FrictionContact, FrictionLaw, Indicators, MAX_STATES};
 use crate::mechanics::GRAVITY;
 use crate::model::{Experiment, Functions, Model, Panel, Start};
 use crate::numbers::{Scalar, Varying};
-use crate::start_sized;
 use crate::system::{Indicator, Limits, Sample, System, Tables, references};
 use crate::variables::{Notices, ParameterError, Tunable, Values};
 

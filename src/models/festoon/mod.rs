@@ -21,11 +21,11 @@ use serde::{Deserialize, Serialize};
 
 use self::variables::{CRANE_POSITION, Inputs, Outputs, Parameters, State, TrolleyOutputs, contact_base, trolley_base};
 use crate::co_simulation::Product;
+use crate::co_simulation::start_sized;
 use crate::friction::{self, Contact, ContactLaw, Drive, Event, Friction, FrictionContact, FrictionLaw, MAX_STATES};
 use crate::mechanics::{GRAVITY, OneSided};
 use crate::model::{Course, Experiment, Functions, Model, Panel, Signal, Start};
 use crate::numbers::{Scalar, Varying};
-use crate::start_sized;
 use crate::system::{Indicator, Limits, Sample, System, Tables, UNUSED};
 use crate::variables::{Notices, ParameterError, Values};
 
@@ -72,8 +72,7 @@ pub const fn model<L: FrictionLaw>() -> Model {
 ///
 /// The work of a step grows with the cube of the number of states, of which a trolley has up to 14; three show all that
 /// a longer festoon does (a first, a middle and a last trolley).
-#[doc(hidden)]
-pub const MAX_TROLLEYS: usize = 3;
+const MAX_TROLLEYS: usize = 3;
 
 /// The equations for given parameters.
 #[derive(Clone, Debug)]

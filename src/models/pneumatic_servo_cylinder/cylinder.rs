@@ -13,7 +13,7 @@ use super::options::Options;
 use super::parameters::Parameters;
 use super::sensors::{self, Sensors};
 use super::states::{ALL, FEW, MOST, State};
-use crate::co_simulation::Product;
+use crate::co_simulation::{Product, run_sized};
 use crate::friction::{self, ContactLaw, Drive, Friction, FrictionContact, FrictionLaw, Law, MAX_STATES};
 use crate::mechanics::{EndStops, GRAVITY, OneSided};
 use crate::model::Start;
@@ -21,7 +21,6 @@ use crate::numbers::{Real, Scalar, Tangent, Varying};
 use crate::pneumatics::actuator::{self, Actuating, Actuator};
 use crate::pneumatics::chamber::{Chambers, Thermal, ThermalModel, tank_wall};
 use crate::pneumatics::gas::Reservoir;
-use crate::run_sized;
 use crate::session::read;
 use crate::system::{Couplings, LongestSteps, Sample, references};
 use crate::variables::{ParameterError, Tunable, Values};
@@ -29,7 +28,6 @@ use crate::variables::{ParameterError, Tunable, Values};
 /// The equations of the cylinder for given parameters; `EXTENDED` ones for a cylinder that uses any of the options, or has
 /// an actuator that changes by itself.
 #[derive(Clone, Debug)]
-#[doc(hidden)]
 pub struct PneumaticServoCylinder<L = Friction, A = Actuator, const EXTENDED: bool = false> {
     pub(super) p: Parameters,
     pub(super) options: Options,
@@ -63,7 +61,6 @@ pub struct PneumaticServoCylinder<L = Friction, A = Actuator, const EXTENDED: bo
 
 /// Modes and memories of the cylinder.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[doc(hidden)]
 pub struct Memory<F = friction::Memory, A = actuator::Memory, S = Real> {
     pub(super) actuator: A,
     pub(super) friction: F,

@@ -103,10 +103,8 @@ states! {
 pub(super) const TEMPERATURE_A: usize = State::TemperatureA.at(State::OTHERS);
 pub(super) const TEMPERATURE_B: usize = State::TemperatureB.at(State::OTHERS);
 /// Index of the pressure in chamber A among the states.
-#[doc(hidden)]
 pub const PRESSURE_A: usize = State::PressureA.at(State::OTHERS);
 /// Index of the pressure in chamber B among the states.
-#[doc(hidden)]
 pub const PRESSURE_B: usize = State::PressureB.at(State::OTHERS);
 
 /// The states of the actuator, which come first.

@@ -21,10 +21,10 @@ use serde::{Deserialize, Serialize};
 
 use self::variables::{Inputs, Outputs, Parameters, State};
 use crate::co_simulation::Product;
+use crate::co_simulation::start_sized;
 use crate::friction::{self, Contact, Drive, Event, Friction, FrictionContact, FrictionLaw, MAX_STATES};
 use crate::model::{Experiment, Functions, Model, Panel, Start};
 use crate::numbers::{Scalar, Tangent, Varying};
-use crate::start_sized;
 use crate::system::{Indicator, Limits, Sample, System, Tables, UNUSED, references};
 use crate::variables::{Notices, ParameterError, Values};
 
