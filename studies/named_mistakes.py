@@ -145,7 +145,7 @@ MISTAKES: dict[str, Mistake] = {
     "voltage turned": Mistake(
         scaled("valveVoltage", -1.0, 10.0), ("falls when valveVoltage is above 5 V", "turned")
     ),
-    "voltage 10 ms late": Mistake(late("valveVoltage", 10), ("free delay.valveVoltage", "late"), AFTER),
+    "voltage 10 ms late": Mistake(late("valveVoltage", 10), ("estimate delay.valveVoltage", "late"), AFTER),
     "time in ms": Mistake(scaled("time", 1e3), ("samples are 1 s apart", "[ms]")),
     "time in Ms": Mistake(scaled("time", 1e-6), ("samples are 1e-09 s apart",)),
     "a word that was lost": Mistake(
@@ -161,7 +161,7 @@ MISTAKES: dict[str, Mistake] = {
         clipped("chamberA.pressure", 0.9), ("chamberA.pressure stays at", "clipped")
     ),
     "pressure A through a filter of 20 ms": Mistake(
-        filtered(("chamberA.pressure",), 0.02), ("free lag.chamberA.pressure", "through a filter"), AFTER
+        filtered(("chamberA.pressure",), 0.02), ("estimate lag.chamberA.pressure", "through a filter"), AFTER
     ),
     "velocity in mm/s": Mistake(
         with_velocity(1e3), ("times the slope of position", "velocity=column[mm/s]")

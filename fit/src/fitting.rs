@@ -6,7 +6,8 @@ use std::sync::Arc;
 use pneumatic_servo::variables::Kind;
 
 use crate::arrays::{rms, span};
-use crate::causes::{Cause, MUCH, cause};
+use crate::candidates::candidates;
+use crate::causes::{Cause, DAMPING_SPEED, causes, is_quiet};
 use crate::experiment::{self, Experiment, MeasuredSegment, Options, Whole, parameter};
 use crate::guess::started;
 use crate::intervals::certainty;
@@ -86,7 +87,7 @@ pub struct Answer {
     pub validation_rms: BTreeMap<&'static str, f64>,
     /// Noise of each compared signal, estimated from its data, with the quantisation noise of its converter.
     pub noise: BTreeMap<&'static str, f64>,
-    /// The fixed parameter or the sensor that would explain most of the residual, if it explains much.
+    /// The fixed setting, the clock or the sensor that would explain most of the residual, if it explains much.
     pub cause: Option<Cause>,
     /// Notes on the data.
     pub notes: Vec<String>,
@@ -139,7 +140,8 @@ pub fn fit(question: &Question, watch: &dyn Watch, told: &dyn Fn(f64)) -> Result
     check_size(experiment, &segments, &parameters)?;
     let parameters = started(experiment, &segments, &parameters);
     let trained = segments.iter().filter_map(MeasuredSegment::trained).collect();
-    let mut runs = Runs { experiment, segments: trained, parameters, fixed: Values::new(), most: f64::INFINITY, told };
+    let fixed = Values::new();
+    let mut runs = Runs { experiment, segments: trained, parameters, fixed, clock: 1.0, most: f64::INFINITY, told };
     let sensors = sensors(experiment, &records);
     let start = problem(&runs, &sensors).start();
     check_start(&runs, &problem(&runs, &sensors), &start)?;
@@ -163,14 +165,9 @@ pub fn fit(question: &Question, watch: &dyn Watch, told: &dyn Fn(f64)) -> Result
     let rms = residuals(false);
     let noise: BTreeMap<_, _> =
         experiment.compared().iter().zip(&sensors).map(|(signal, sensor)| (*signal, sensor.whole_noise())).collect();
-    // Noise is what no cause explains.
-    let is_loud = |(signal, rms): (&&'static str, &f64)| rms * rms * (1.0 - MUCH) > noise[signal] * noise[signal];
-    let cause = if rms.iter().any(is_loud) {
-        watch.stage("causes of the residuals");
-        cause(&runs, &fitted, &best.x)?
-    } else {
-        None
-    };
+    let beside = rms.iter().map(|(signal, rms)| (*rms, noise[signal]));
+    watch.stage("causes of the residuals");
+    let causes = causes(&runs, &candidates(&runs), &fitted, &best.x, is_quiet(beside))?;
     let is_simulated = rms.values().all(|rms| rms.is_finite());
     let estimate = |(place, one): (usize, &Parameter)| Estimate {
         parameter: (one.name.clone(), one.unit.clone()),
@@ -189,7 +186,7 @@ pub fn fit(question: &Question, watch: &dyn Watch, told: &dyn Fn(f64)) -> Result
         validation_rms: residuals(true),
         rms,
         noise,
-        cause,
+        cause: causes.into_iter().next(),
         notes,
         validation_from: whole.segments.iter().filter_map(first).reduce(f64::min),
         start: whole.segments.first().map(|segment| segment.begin.values.clone()).unwrap_or_default(),
@@ -258,7 +255,10 @@ fn assumed(experiment: &dyn Experiment, known: &Values, parameters: &[Parameter]
         let Kind::Real(unit) = variable.kind else { unreachable!("{name} is a real number") };
         format!("{name} = {} {}", variable.start.unwrap_or(f64::NAN), unit.name)
     };
-    let defaults: Vec<String> = experiment.machine().iter().filter(|name| !is_told(name)).map(shown).collect();
+    // The default of this one is another form of the law than the first publication's.
+    let law: &[&str] = if given.law_name() == "LuGre" { &[DAMPING_SPEED] } else { &[] };
+    let names = experiment.machine().iter().chain(law);
+    let defaults: Vec<String> = names.filter(|name| !is_told(name)).map(shown).collect();
     (!defaults.is_empty()).then(|| format!("not given, so that the default counts: {}", defaults.join(", ")))
 }
 

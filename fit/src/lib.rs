@@ -7,6 +7,7 @@
 #![forbid(unsafe_code)]
 
 pub mod arrays;
+mod candidates;
 pub mod causes;
 pub mod distributions;
 pub mod experiment;
@@ -16,6 +17,7 @@ pub mod intervals;
 pub mod jacobian;
 pub mod matrix;
 pub mod nonnegative;
+pub mod numerals;
 pub mod parameter;
 pub mod problem;
 pub mod record;

@@ -28,6 +28,8 @@ pub struct Runs<'a> {
     pub parameters: Vec<Parameter>,
     /// Values that take the place of known ones.
     pub fixed: Values,
+    /// True time over the time of the records.
+    pub clock: f64,
     /// Solver steps after which a run is given up.
     pub most: f64,
     /// Observer of each run, with the share of it that is done.
@@ -54,6 +56,7 @@ impl Runs<'_> {
     /// Start values of the segments. A vector of the parameters alone leaves them as they were measured.
     pub fn begins(&self, x: &[f64]) -> Vec<Values> {
         let mut inner = x.iter().skip(self.parameters.len());
+        let is_speed_measured = self.experiment.given().signals.contains("velocity");
         let begin = |segment: &MeasuredSegment| {
             let mut values = segment.begin.values.clone();
             for name in &segment.begin.estimated {
@@ -62,6 +65,10 @@ impl Runs<'_> {
                 if let (Some(value), Some(by)) = (values.get_mut(name), inner.next()) {
                     *value += magnitude * by;
                 }
+            }
+            // It is a slope of the measured position.
+            if let Some(speed) = values.get_mut("velocity0").filter(|_| !is_speed_measured) {
+                *speed /= self.clock;
             }
             values
         };
@@ -96,7 +103,7 @@ impl Runs<'_> {
             let run = self.run(segment, &values, begin, tolerance).ok()?;
             let predicted = self.experiment.predict(segment, run.outputs, &values);
             let read = |(signal, truth): (&&'static str, Vec<f64>)| {
-                self.experiment.given().read(&segment.record, signal, &truth, &values)
+                self.experiment.given().read(&segment.record, self.clock, signal, &truth, &values)
             };
             Some(self.experiment.compared().iter().zip(predicted).map(read).collect())
         };
@@ -132,7 +139,8 @@ impl Runs<'_> {
         let mut found: Vec<Vec<f64>> = outputs.iter().map(|_| Vec::with_capacity(points)).collect();
         for point in 0..points {
             if point > 0 {
-                plant.advance_to(segment.record.grid[point - 1] + step).map_err(|error| Refused(error.to_string()))?;
+                let end = self.clock * (segment.record.grid[point - 1] + step);
+                plant.advance_to(end).map_err(|error| Refused(error.to_string()))?;
             }
             found.iter_mut().zip(&read).for_each(|(course, place)| course.push(plant.value(*place)));
             for ((_, course), place) in inputs.iter().zip(&places).filter(|_| point > 0) {

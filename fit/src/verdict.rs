@@ -2,6 +2,7 @@
 
 use crate::arrays::mean;
 use crate::fitting::Answer;
+use crate::numerals::significant;
 use crate::record::unit_of;
 
 /// Share of a signal's standard deviation that no model of it leaves as residual.
@@ -129,17 +130,8 @@ fn of_prediction(answer: &Answer) -> Vec<Finding> {
     answer.validation_rms.iter().map(of_signal).collect()
 }
 
-/// A number of three digits.
 fn short(value: f64) -> String {
-    if value == 0.0 || !value.is_finite() {
-        return format!("{value}");
-    }
-    let exponent = libm::floor(libm::log10(value.abs())) as i32;
-    if !(-4..6).contains(&exponent) {
-        return format!("{value:.2e}");
-    }
-    let text = format!("{value:.*}", (2 - exponent).max(0) as usize);
-    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
+    significant(value, 3)
 }
 
 #[cfg(test)]
@@ -184,11 +176,5 @@ mod tests {
             (light, findings[0].text.as_str()),
             (Light::Yellow, "friction.stribeck.Fc is not identifiable: it is at a bound")
         );
-    }
-
-    #[test]
-    fn numbers_have_three_digits() {
-        let shown = [0.0, 1.0, 12.345, 0.001_234_5, 123_456.0, 1.5e-7].map(short);
-        assert_eq!(shown, ["0", "1", "12.3", "0.00123", "123456", "1.50e-7"]);
     }
 }

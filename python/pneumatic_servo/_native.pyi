@@ -118,6 +118,7 @@ def tangent(
     of_parameters: Sequence[tuple[str, float]],
 ) -> _Array: ...
 
+_Free = tuple[str, str, float, float, float, float, bool]
 _Noise = tuple[float, float, bool]
 _Found = tuple[_Array, float, bool, str]
 _See = Callable[[_Array, float], None] | None
@@ -126,7 +127,7 @@ _Tell = Callable[[str], None] | None
 class LeastSquares:
     def __init__(
         self,
-        parameters: Sequence[tuple[str, float, float, float, float, bool]],
+        parameters: Sequence[_Free],
         segments: Sequence[tuple[int, int, int]],
         sensors: Sequence[_Noise],
         step: float,
@@ -147,6 +148,17 @@ class LeastSquares:
         is_central: bool,
         of_residuals: bool,
     ) -> tuple[_Array, _Array]: ...
+    def causes(
+        self,
+        x: _Array,
+        signals: Sequence[str],
+        settings: Sequence[_Free],
+        sensors: Sequence[_Free],
+        choices: Sequence[tuple[str, str, Sequence[str]]],
+        has_clock: bool,
+        is_noise: bool,
+        changed: Callable[[str, str, str, float], LeastSquares],
+    ) -> list[tuple[str, str, tuple[float, float, float] | None, str | None, str, float, float, list[str], bool]]: ...
     def linearised(self, x: _Array) -> tuple[_Array, _Array, list[int], list[int]]: ...
 
 def covariance(
@@ -158,6 +170,8 @@ def bootstrap(
 def unseen(derivatives: _Array) -> list[bool]: ...
 def sensed(function: str, noise: _Noise, differences: _Array) -> _Array: ...
 def sensor_of(courses: Sequence[_Array]) -> _Noise: ...
+def is_quiet(residuals: Sequence[tuple[float, float]]) -> bool: ...
+def suspected(experiment: str) -> tuple[list[str], bool]: ...
 def with_noise_of(noise: _Noise, differences: _Array) -> _Noise: ...
 def converter(values: _Array) -> float: ...
 def noise(values: _Array) -> float: ...

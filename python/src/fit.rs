@@ -4,6 +4,7 @@ use std::cell::RefCell;
 
 use numpy::ndarray::{Array1, Array2, ShapeBuilder};
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
+use pneumatic_servo_fit::causes::{self, Candidates, Cause, Change, Changeable, Choice};
 use pneumatic_servo_fit::intervals::{self, Linear};
 use pneumatic_servo_fit::jacobian::{jacobian, sensitivities};
 use pneumatic_servo_fit::matrix::{DMatrix, from_rows};
@@ -23,8 +24,11 @@ type Matrix<'py> = Bound<'py, PyArray2<f64>>;
 type Found<'py> = (Vector<'py>, f64, bool, String);
 /// Noise, step of the converter, and whether readings are ranges.
 type Noise = (f64, f64, bool);
-/// Name, start, lower and upper bound, scale, and whether the user gave the bounds.
-type Free = (String, f64, f64, f64, f64, bool);
+/// Name, SI unit, start, lower and upper bound, scale, and whether the user gave the bounds.
+type Free = (String, String, f64, f64, f64, f64, bool);
+/// Name, text, value and interval, item, signal, share of its squares, decrease of the sum of squares, causes alike, and whether
+/// it is a sensor.
+type Told = (String, String, Option<(f64, f64, f64)>, Option<String>, String, f64, f64, Vec<String>, bool);
 /// Derivatives of shape (samples, parameters), scores, and numbers of block and record of each sample.
 type Linearised<'py> = (Matrix<'py>, Vector<'py>, Vec<usize>, Vec<usize>);
 
@@ -35,12 +39,14 @@ pub fn fill(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(converter, module)?)?;
     module.add_function(wrap_pyfunction!(covariance, module)?)?;
     module.add_function(wrap_pyfunction!(follow, module)?)?;
+    module.add_function(wrap_pyfunction!(is_quiet, module)?)?;
     module.add_function(wrap_pyfunction!(low_pass, module)?)?;
     module.add_function(wrap_pyfunction!(noise, module)?)?;
     module.add_function(wrap_pyfunction!(nonnegative, module)?)?;
     module.add_function(wrap_pyfunction!(parabolas, module)?)?;
     module.add_function(wrap_pyfunction!(sensed, module)?)?;
     module.add_function(wrap_pyfunction!(sensor_of, module)?)?;
+    module.add_function(wrap_pyfunction!(suspected, module)?)?;
     module.add_function(wrap_pyfunction!(unseen, module)?)?;
     module.add_function(wrap_pyfunction!(with_noise_of, module)?)
 }
@@ -71,16 +77,6 @@ impl LeastSquares {
         differences: Py<PyAny>,
         near: Option<Py<PyAny>>,
     ) -> Self {
-        let parameter = |(name, start, low, high, scale, is_bounded): Free| Parameter {
-            name,
-            unit: String::new(),
-            start,
-            bounds: [low, high],
-            scale,
-            is_given: false,
-            is_bounded,
-            legal: [f64::NEG_INFINITY, f64::INFINITY],
-        };
         let segment = |(samples, begins, record)| Segment { samples, begins, record };
         Self {
             parameters: parameters.into_iter().map(parameter).collect(),
@@ -177,6 +173,34 @@ impl LeastSquares {
         Ok((matrix(py, slopes), Array1::from(base).into_pyarray(py)))
     }
 
+    /// [`causes::causes`] of settings, sensors and choices. `changed` returns the problem with a change: of a kind,
+    /// `estimated`, `chosen` or `clock`, with a name, an item and a number.
+    #[expect(clippy::too_many_arguments, reason = "the Python package calls it")]
+    fn causes(
+        &self,
+        x: Vec<f64>,
+        signals: Vec<String>,
+        settings: Vec<Free>,
+        sensors: Vec<Free>,
+        choices: Vec<(String, String, Vec<String>)>,
+        has_clock: bool,
+        is_noise: bool,
+        changed: Py<PyAny>,
+    ) -> PyResult<Vec<Told>> {
+        let watch = Observer::new(None, None);
+        let of = |every: Vec<Free>| every.into_iter().map(parameter).collect();
+        let choice = |(name, fixed, others)| Choice { name, fixed, others };
+        let choices = choices.into_iter().map(choice).collect();
+        let candidates = Candidates { settings: of(settings), sensors: of(sensors), choices, has_clock };
+        let changes = Changes { signals, changed, watch: &watch };
+        let found = self.with(&watch, |problem| causes::causes(&changes, &candidates, problem, &x, is_noise))?;
+        let told = |Cause { name, text, estimate, item, signal, share, gain, alike, is_sensor }| {
+            let estimate = estimate.map(|(value, [low, high])| (value, low, high));
+            (name, text, estimate, item, signal, share, gain, alike, is_sensor)
+        };
+        Ok(found.into_iter().map(told).collect())
+    }
+
     /// [`intervals::linearised`].
     fn linearised<'py>(&self, py: Python<'py>, x: Vec<f64>) -> PyResult<Linearised<'py>> {
         let watch = Observer::new(None, None);
@@ -187,9 +211,18 @@ impl LeastSquares {
 }
 
 impl LeastSquares {
+    /// Its simulation.
+    fn calls<'a>(&self, watch: &'a Observer) -> Calls<'a> {
+        Python::attach(|py| Calls {
+            differences: self.differences.clone_ref(py),
+            near: self.near.as_ref().map(|near| near.clone_ref(py)),
+            watch,
+        })
+    }
+
     /// Does something with the problem; what Python has raised meanwhile is raised.
     fn with<T>(&self, watch: &Observer, work: impl FnOnce(&Problem<'_>) -> Result<T, Interrupted>) -> PyResult<T> {
-        let calls = Calls { differences: &self.differences, near: self.near.as_ref(), watch };
+        let calls = self.calls(watch);
         let problem = Problem {
             parameters: self.parameters.clone(),
             segments: self.segments.clone(),
@@ -207,8 +240,8 @@ impl LeastSquares {
 
 /// The calls of a function of Python that simulates.
 struct Calls<'a> {
-    differences: &'a Py<PyAny>,
-    near: Option<&'a Py<PyAny>>,
+    differences: Py<PyAny>,
+    near: Option<Py<PyAny>>,
     watch: &'a Observer,
 }
 
@@ -225,7 +258,9 @@ impl Simulated for Calls<'_> {
     }
 
     fn near(&self, x: &[f64], vectors: &[Vec<f64>], tolerance: f64) -> Result<Vec<Vec<f64>>, Interrupted> {
-        let Some(near) = self.near.filter(|_| !vectors.is_empty()) else { return self.differences(vectors, tolerance) };
+        let Some(near) = self.near.as_ref().filter(|_| !vectors.is_empty()) else {
+            return self.differences(vectors, tolerance);
+        };
         let called = Python::attach(|py| {
             let vectors = PyArray2::from_vec2(py, vectors)?;
             rows(py, &near.call1(py, (x.to_vec().into_pyarray(py), vectors, tolerance))?)
@@ -237,6 +272,33 @@ impl Simulated for Calls<'_> {
 fn rows(py: Python<'_>, found: &Py<PyAny>) -> PyResult<Vec<Vec<f64>>> {
     let found: PyReadonlyArray2<'_, f64> = found.extract(py).map_err(PyErr::from)?;
     Ok(found.as_array().rows().into_iter().map(|row| row.to_vec()).collect())
+}
+
+/// A function of Python that changes a problem.
+struct Changes<'a> {
+    signals: Vec<String>,
+    changed: Py<PyAny>,
+    watch: &'a Observer,
+}
+
+impl Changeable for Changes<'_> {
+    fn signals(&self) -> Vec<String> {
+        self.signals.clone()
+    }
+
+    fn changed<'a>(&'a self, change: Change<'a>) -> Result<Box<dyn Simulated + 'a>, Interrupted> {
+        let of = match change {
+            Change::Estimated(parameter) => ("estimated", parameter.name.as_str(), "", 1.0),
+            Change::Chosen { name, item } => ("chosen", name, item, 1.0),
+            Change::Clock(clock) => ("clock", "", "", clock),
+        };
+        let called = Python::attach(|py| -> PyResult<Calls<'a>> {
+            let found = self.changed.call1(py, of)?;
+            let problem: PyRef<'_, LeastSquares> = found.extract(py).map_err(PyErr::from)?;
+            Ok(problem.calls(self.watch))
+        });
+        Ok(Box::new(self.watch.keep(called)?))
+    }
 }
 
 /// Functions of Python that hear of a search, and what they have raised.
@@ -282,6 +344,18 @@ impl Watch for Observer {
     fn done(&self, text: &str) {
         self.tell(text);
     }
+}
+
+/// Settings of a machine that may be other than they are given, and whether a wrong clock shows, of an experiment.
+#[pyfunction]
+pub fn suspected(experiment: &str) -> (Vec<&'static str>, bool) {
+    (causes::suspected(experiment), causes::is_clocked(experiment))
+}
+
+/// Whether RMS residuals, each beside the noise of its sensor, are hardly more than noise.
+#[pyfunction]
+pub fn is_quiet(residuals: Vec<(f64, f64)>) -> bool {
+    causes::is_quiet(residuals)
 }
 
 /// Covariance of inner values, and the factors from deviations to half intervals.
@@ -406,6 +480,19 @@ fn plain(values: &PyReadonlyArray1<'_, f64>) -> Vec<f64> {
 
 fn sensor((noise, step, is_coarse): Noise) -> Sensor {
     Sensor { noise, step, is_coarse }
+}
+
+fn parameter((name, unit, start, low, high, scale, is_bounded): Free) -> Parameter {
+    Parameter {
+        name,
+        unit,
+        start,
+        bounds: [low, high],
+        scale,
+        is_given: false,
+        is_bounded,
+        legal: [f64::NEG_INFINITY, f64::INFINITY],
+    }
 }
 
 fn loss_of(name: &str) -> PyResult<Loss> {

@@ -53,7 +53,7 @@ def test_stribeck_curve_is_found_within_its_intervals(tmp_path: Path) -> None:
         half = 0.75 * (estimate["high"] - estimate["low"])
         assert abs(estimate["value"] - value) < half < 0.2 * value, name
     assert_close(found["rms"]["frictionForce"], 0.05, rel=0.02, what="rms")
-    assert_close(found["validation_rms"]["frictionForce"], 0.05, rel=0.15, what="rms of what is held out")
+    assert_close(found["validation_rms"]["frictionForce"], 0.05, rel=0.15, what="rms of validation data")
     values = ElementTree.parse(tmp_path / "a.ssv").getroot()
     names = {element.get("name") for element in values.iter() if element.tag.endswith("}Parameter")}
     assert names == {"friction.law", *(f"friction.stribeck.{name}" for name in truth)}
@@ -185,7 +185,7 @@ def test_plan_says_what_it_will_determine(tmp_path: Path, capsys: pytest.Capture
     ])  # fmt: skip
     assert code == 0
     printed = capsys.readouterr().out
-    assert "friction.stribeck.Fc = 8.3 +- " in printed and "not determined" not in printed
+    assert "friction.stribeck.Fc = 8.3 +- " in printed and "not identifiable" not in printed
     assert (tmp_path / "plan.csv").read_text(encoding="utf-8").startswith("time,prescribedPosition\n")
 
 

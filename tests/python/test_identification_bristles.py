@@ -78,3 +78,17 @@ def test_exact_force_gives_the_bristle_at_the_defaults(
     # Damping that does not decay has no velocity at which it would.
     assert found.verdict.light == ("green" if len(told) == len(law) else "yellow")
     assert set(found.not_identifiable) == {f"friction.lugre.{name}" for name in law.keys() - told.keys()}
+
+
+def test_other_form_of_the_law_is_suspected() -> None:
+    """Where nobody gives or frees `vd`, a note says which form is held, and the verdict tries the other one."""
+    data, mass = pushed(PUBLISHED, 5.0, 3.0, given), 5.0
+    free = [f"friction.lugre.{name}" for name in PUBLISHED if name != "vd"]
+    found = ps.fit(data, experiment="force", law="LuGre", settings={"mass": mass}, fit=free, starts=0, progress=False)
+    assert any("friction.lugre.vd = 0.01 m/s" in note for note in found.notes)
+    suspect = found.suspect
+    assert suspect is not None and (suspect.name, suspect.given, suspect.estimate) == ("friction.lugre.vd", "0.01", "0")
+    assert found.verdict.light == "yellow" and "friction.lugre.vd were 0 in place of 0.01" in found.verdict.text
+    settings = {"mass": mass, "friction.lugre.vd": 0.0}
+    other = ps.fit(data, experiment="force", law="LuGre", settings=settings, fit=free, starts=0, progress=False)
+    assert other.verdict.light == "green" and not any("vd" in note for note in other.notes)

@@ -228,9 +228,9 @@ def test_verdict_is_half_of_the_value() -> None:
         "         1.0  a sine",
         "with a sine, half of the 95 % interval will be about:",
         "  told = -1 +- 0.49 N",
-        "  untold = 1 +- 0.51 N   not determined",
+        "  untold = 1 +- 0.51 N   not identifiable",
         "  offset = 0 +- 3 N",
-        "  blind = 0 +- inf N   not determined",
+        "  blind = 0 +- inf N   not identifiable",
     ]
 
 
@@ -241,7 +241,7 @@ def test_command_takes_noise_in_units(capsys: pytest.CaptureFixture[str], tmp_pa
     for noise in ([], ["--noise", "frictionForce=0.05[kN]"]):
         assert main([*given, *noise]) == 0
         printed.append(capsys.readouterr().out)
-    assert "not determined" not in printed[0] and "not determined" in printed[1]
+    assert "not identifiable" not in printed[0] and "not identifiable" in printed[1]
     # The best candidate without noise is the best with more of it.
     assert printed[0].splitlines()[1].split("  ")[-1] == printed[1].splitlines()[1].split("  ")[-1]
 

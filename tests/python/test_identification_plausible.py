@@ -94,7 +94,7 @@ def test_model_that_misses_a_signal_is_told() -> None:
     data["frictionForce"] = -data["frictionForce"]
     with (
         pytest.warns(ps.PlantWarning, match="frictionForce works against friction"),
-        pytest.warns(ps.PlantWarning, match=r"does not describe frictionForce: it leaves .* N rms"),
+        pytest.warns(ps.PlantWarning, match=r"does not describe frictionForce: RMS residual .* N of"),
     ):
         ps.fit(data, **QUICK)
 

@@ -101,13 +101,13 @@ def test_ranking_has_a_line_for_each_law(validation: float, tmp_path: Path) -> N
     ranking = ps.compare_fits(bench(), ["Coulomb", "Stribeck"], experiment="motion", play=0.0, starts=0,
                               validation=validation, progress=False)  # fmt: skip
     head, *lines = str(ranking).splitlines()
-    assert head.split() == ["law", "free", "rms", "frictionForce", "hold-out", "AIC"]
+    assert head.split() == ["law", "free", "rms", "frictionForce", "validation", "AIC"]
     assert {len(line) for line in lines} == {len(head)}
     names, *cells = re.findall(r"<tr>(.*?)</tr>", ranking._repr_html_())
-    assert re.findall(r"<th>(.*?)</th>", names) == ["law", "converged", "free", "rms", "hold-out rms", "AIC"]
+    assert re.findall(r"<th>(.*?)</th>", names) == ["law", "converged", "free", "rms", "validation rms", "AIC"]
     ranking.to_csv(tmp_path / "a.csv")
     written = (tmp_path / "a.csv").read_text(encoding="utf-8").splitlines()
-    assert written[0] == "law,converged,free,rms,hold-out rms,AIC"
+    assert written[0] == "law,converged,free,rms,validation rms,AIC"
     for found, line, row, csv in zip(ranking.fits, lines, cells, written[1:], strict=True):
         rms, held = found.rms["frictionForce"], found.validation_rms.get("frictionForce")
         free, aic = str(len(found.parameters)), f"{found.aic:.1f}"

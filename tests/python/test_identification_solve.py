@@ -85,13 +85,17 @@ def test_fit_of_a_model_that_does_not_describe_the_data_comes_to_an_end() -> Non
         "example supplyPressure = 6 bar"
     ) in warned
     # The early word stands before the first vector that is looked at.
-    early = next(index for index, text in enumerate(told) if "the data do not tell friction.lugre.vd" in text)
+    early = next(
+        index
+        for index, text in enumerate(told)
+        if text.startswith("not identifiable at the start values: ") and "friction.lugre.vd" in text
+    )
     looked = [index for index, text in enumerate(told) if text.startswith("cost")]
     assert early < looked[0]
-    assert any("the data do not tell friction.lugre.vd" in note for note in found.notes)
-    names = told[early].partition("the data do not tell ")[2].partition(":")[0].split(", ")
+    assert any("not identifiable at the start" in note and "friction.lugre.vd" in note for note in found.notes)
+    names = told[early].partition(": ")[2].partition(";")[0].split(", ")
     assert set(names) <= set(found.values) and told[early] == (
-        f"at the start values the data do not tell {', '.join(names)}: what is found may be anything; where a value is "
+        f"not identifiable at the start values: {', '.join(names)}; what is found may be anything; where a value is "
         "known, give it by settings"
     )
     assert "friction.lugre.vd" in found.not_identifiable
@@ -114,7 +118,7 @@ def test_run_of_too_many_steps_is_given_up() -> None:
 def test_early_word_names_only_what_noise_alone_would_hide() -> None:
     told: list[str] = []
     found = ps.fit(bench(), **GIVEN, law="Stribeck", starts=0, progress=told.append)
-    assert not [text for text in told if "do not tell" in text] and not found.not_identifiable
+    assert not [text for text in told if "not identifiable" in text] and not found.not_identifiable
 
 
 @pytest.mark.parametrize(("signals", "free", "is_enough"), [(1, 4, True), (1, 5, False), (3, 12, True), (3, 13, False)])
@@ -139,7 +143,7 @@ def test_all_that_the_data_do_not_tell_is_named(monkeypatch: pytest.MonkeyPatch)
     assert _told_early(problem, watch) == said == []
     names |= {"area": "no effect", "spring": "no effect"}
     text = (
-        "at the start values the data do not tell area, spring: what is found may be anything; where a value is known, "
+        "not identifiable at the start values: area, spring; what is found may be anything; where a value is known, "
         "give it by settings"
     )
     assert _told_early(problem, watch) == said == [text]

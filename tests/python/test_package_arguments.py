@@ -222,7 +222,7 @@ def test_ranking_is_written(tmp_path: Path) -> None:
     ranking = ps.compare_fits(bench(), ["Coulomb"], experiment="motion", play=0.0, starts=0)
     ranking.to_csv(tmp_path / "a.csv")
     header, row = (tmp_path / "a.csv").read_text(encoding="utf-8").splitlines()
-    assert header == "law,converged,free,rms,hold-out rms,AIC" and row.startswith("Coulomb,True,2,1.0,,")
+    assert header == "law,converged,free,rms,validation rms,AIC" and row.startswith("Coulomb,True,2,1.0,,")
     assert row.endswith(repr(ranking.best.aic))
 
 

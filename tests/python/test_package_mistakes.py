@@ -247,7 +247,7 @@ WARNED: dict[str, tuple[Callable[[], object], str]] = {
     ),
     "a friction force turned": (
         lambda: fit({"frictionForce": -BENCH["frictionForce"]}),
-        "the fitted model does not describe frictionForce: it leaves 7 N rms of a signal that varies by 6.888"
+        "the fitted model does not describe frictionForce: RMS residual 7 N of a signal that varies by 6.888"
         " N rms; look at units, signs, what was assumed, and what is free",
     ),
     "a time of the bench in ms": (

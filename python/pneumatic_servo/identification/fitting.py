@@ -172,7 +172,7 @@ def fit(
 
     Notes
     -----
-    Parameters that the data do not tell are in ``not_identifiable`` of the fit; where the start values show it,
+    Parameters that are not identifiable are in ``not_identifiable`` of the fit; where the start values show it,
     they are named at once, with the progress. Where a model does not describe the data, the search ends as soon as it
     gains little: after eight steps that lower the cost by less than a fiftieth together. A run that takes twenty
     times the solver steps of the first is given up, and counts as worse than any other.
@@ -312,7 +312,7 @@ def _told_early(problem: Problem, watch: Watch) -> list[str]:
     if not names:
         return []
     told = (
-        f"at the start values the data do not tell {', '.join(names)}: what is found may be anything; where a value is "
+        f"not identifiable at the start values: {', '.join(names)}; what is found may be anything; where a value is "
         f"known, give it by {quoted('settings')}"
     )
     watch.say(told)

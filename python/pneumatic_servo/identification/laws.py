@@ -22,7 +22,7 @@ from pneumatic_servo.identification.signals import told_units
 from pneumatic_servo.run import table
 from pneumatic_servo.run_errors import Interrupted
 
-COLUMNS = ["law", "converged", "free", "rms", "hold-out rms", "AIC"]
+COLUMNS = ["law", "converged", "free", "rms", "validation rms", "AIC"]
 
 
 @dataclass(frozen=True)
@@ -103,7 +103,7 @@ class Ranking:
 
     def __repr__(self) -> str:
         signals = list(self.fits[0].rms)
-        head = f"{'law':20}{'free':>5}" + "".join(f"{'rms ' + name:>24}{'hold-out':>14}" for name in signals)
+        head = f"{'law':20}{'free':>5}" + "".join(f"{'rms ' + name:>24}{'validation':>14}" for name in signals)
         lines = [head + f"{'AIC':>14}"]
         for found in self.fits:
             pairs = "".join(

@@ -24,6 +24,9 @@ NOTHING: Mapping[str, str] = {}
 VISCOUS = ("sigma2", "c1", "c2")
 """Names of the viscous friction of laws, which the load level does not multiply."""
 
+DAMPING_SPEED = "friction.lugre.vd"
+"""Speed above which the damping of LuGre's bristles decays; with 0 it is constant, as in the first publication."""
+
 SPAN = 1e3
 """Factor by which a positive parameter without bounds may be smaller or larger than its start."""
 
@@ -64,6 +67,11 @@ class Free:
     def is_logarithmic(self) -> bool:
         """Whether the solver sees its logarithm."""
         return self.scale == 0.0
+
+    @property
+    def numbers(self) -> tuple[str, str, float, float, float, float, bool]:
+        """The parameter as the crate takes it."""
+        return self.name, self.unit, self.start, self.low, self.high, self.scale, self.is_bounded
 
     def inner(self, value: float) -> float:
         """Return a value as the solver sees it."""

@@ -111,7 +111,7 @@ class Plan:
         lines += [f"  {candidate.information:10.1f}  {candidate.name}" for candidate in self.candidates]
         lines.append(f"with {self.best.name}, half of the 95 % interval will be about:")
         for name, half in self.best.half.items():
-            verdict = "" if self.determined[name] else "   not determined"
+            verdict = "" if self.determined[name] else "   not identifiable"
             lines.append(f"  {name} = {self.values[name]:.6g} +- {half:.2g} {self.units[name]}{verdict}")
         return "\n".join(lines)
 

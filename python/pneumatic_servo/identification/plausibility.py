@@ -13,6 +13,7 @@ from pneumatic_servo.argument_names import quoted
 from pneumatic_servo.errors import warn
 from pneumatic_servo.identification.experiments import Experiment
 from pneumatic_servo.identification.experiments.cylinder import OfCylinder
+from pneumatic_servo.identification.parameters import DAMPING_SPEED
 from pneumatic_servo.identification.signals import SIGNALS, Units
 from pneumatic_servo.identification.smoothing import noise
 from pneumatic_servo.identification.table import Measured
@@ -84,7 +85,9 @@ def assumed(experiment: Experiment, free: Sequence[str]) -> list[str]:
             f"supplyPressure = {supply:g} Pa is assumed, since it was neither measured nor given; give it by "
             f"{quoted('settings')}, for example supplyPressure = 6 bar"
         )
-    names = [name for name in MACHINE.get(experiment.name, ()) if name not in known]
+    # Its default is another form of the law than the first publication's.
+    law = (DAMPING_SPEED,) if experiment.law == "LuGre" and experiment.name != "pneumatic" else ()
+    names = [name for name in (*MACHINE.get(experiment.name, ()), *law) if name not in known]
     if not names:
         return []
     values = ", ".join(f"{name} = {table.variables[name].default:g} {table.variables[name].unit}" for name in names)
@@ -92,13 +95,13 @@ def assumed(experiment: Experiment, free: Sequence[str]) -> list[str]:
 
 
 def judged(experiment: Experiment, measured: Mapping[str, Array], rms: Mapping[str, float]) -> None:
-    """Warn of signals of which a fit leaves about as much as they have."""
+    """Warn of signals whose residual is about as large as they are."""
     for signal, values in measured.items():
         spread = float(np.std(values))
         if np.isfinite(rms.get(signal, np.nan)) and rms[signal] > BADLY * spread > 0.0:
             unit = experiment.units.of_signal(signal)
             warn(
-                f"the fitted model does not describe {signal}: it leaves {rms[signal]:.4g} {unit} rms of a signal that "
+                f"the fitted model does not describe {signal}: RMS residual {rms[signal]:.4g} {unit} of a signal that "
                 f"varies by {spread:.4g} {unit} rms; look at units, signs, what was assumed, and what is free"
             )
 

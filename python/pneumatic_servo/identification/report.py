@@ -42,7 +42,7 @@ def page(fit: Fitted, residuals: Residuals, verdict: Verdict, free_form: FreeFor
           for n, why in fit.not_identifiable.items()),
         "<h2>What remains</h2>",
         _table(
-            ["signal", "rms", "rms of validation data", "unit", "white"],
+            ["signal", "rms", "validation rms", "unit", "white"],
             (
                 [s, f"{rms:.6g}", f"{fit.validation_rms[s]:.6g}" if s in fit.validation_rms else "", residuals.unit(s),
                  "yes" if residuals.is_white(s) else "no"]

@@ -15,12 +15,11 @@ from numpy.typing import ArrayLike
 
 from pneumatic_servo import checks
 from pneumatic_servo.files import whole
+from pneumatic_servo.identification.causes import Cause, causes
 from pneumatic_servo.identification.fitted import Fitted
 from pneumatic_servo.identification.free_form import FreeForm, free_form
 from pneumatic_servo.identification.ranges import Ranges
 from pneumatic_servo.identification.residuals import Residuals
-from pneumatic_servo.identification.sensor_faults import Doubt, doubt, sized
-from pneumatic_servo.identification.suspects import Suspect, suspect
 from pneumatic_servo.identification.verdict import Verdict, verdict
 from pneumatic_servo.names import renamed, tell_renamed
 from pneumatic_servo.run import Run, table
@@ -60,7 +59,7 @@ class Fit(Fitted):
     @cached_property
     def verdict(self) -> Verdict:
         """Verdict on the fit: ``light`` is green, yellow or red, ``text`` says why, ``findings`` one by one."""
-        return verdict(self, self._residuals, self.ranges, self.free_form, self.doubt, self.suspect)
+        return verdict(self, self._residuals, self.ranges, self.free_form, self.causes)
 
     @cached_property
     def _residuals(self) -> Residuals:
@@ -72,15 +71,19 @@ class Fit(Fitted):
         return free_form(self, self._residuals)
 
     @cached_property
-    def doubt(self) -> Doubt | None:
-        """The gain, offset or delay of a sensor that would explain most of what is left; None if none does."""
-        found = doubt(self, self._residuals)
-        return None if found is None else sized(self, found)
+    def causes(self) -> tuple[Cause, ...]:
+        """Explanations of much of the residuals, the best first: at most one fixed setting and one sensor."""
+        return causes(self, self._residuals)
 
-    @cached_property
-    def suspect(self) -> Suspect | None:
-        """The fixed setting, or the thermal model, that would explain most of what is left; None if none does."""
-        return suspect(self, self._residuals)
+    @property
+    def doubt(self) -> Cause | None:
+        """The gain, offset, delay or lag of a sensor among the causes."""
+        return next((cause for cause in self.causes if cause.is_sensor), None)
+
+    @property
+    def suspect(self) -> Cause | None:
+        """The fixed setting, the thermal model or the clock among the causes."""
+        return next((cause for cause in self.causes if not cause.is_sensor), None)
 
     @cached_property
     def ranges(self) -> Ranges:

@@ -74,7 +74,7 @@ def native(problem: Problem) -> _native.LeastSquares:
     records = list(dict.fromkeys(window.record.name for window in problem.windows))
     sensors = [problem.sensors[signal] for signal in problem.experiment.compared]
     return _native.LeastSquares(
-        [(free.name, free.start, free.low, free.high, free.scale, free.is_bounded) for free in problem.free],
+        [free.numbers for free in problem.free],
         [
             (window.fitted, loose, records.index(window.record.name))
             for window, loose in zip(problem.windows, problem.loose, strict=True)

@@ -8,14 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from pneumatic_servo.identification.causes import Cause
 from pneumatic_servo.identification.fitted import Fitted
 from pneumatic_servo.identification.free_form import FreeForm
 from pneumatic_servo.identification.intervals import at_bounds
 from pneumatic_servo.identification.ranges import Ranges, held_of
 from pneumatic_servo.identification.regimes import Regime, regimes
 from pneumatic_servo.identification.residuals import Residuals
-from pneumatic_servo.identification.sensor_faults import Doubt
-from pneumatic_servo.identification.suspects import SAME, Suspect
 
 Array = NDArray[np.float64]
 
@@ -23,7 +22,7 @@ LIGHTS = ("green", "yellow", "red")
 WORSE = 1.5
 """Ratio of a regime's RMS residual to the overall one from which it is named."""
 MISSED = 0.5
-"""Share of a signal's spread that no model of it leaves."""
+"""Share of a signal's standard deviation that no model of it leaves as residual."""
 LOUD = 3.0
 """Ratio of the residual to the noise of a sensor that shows an error of the model."""
 MUCH = 0.3
@@ -72,12 +71,11 @@ class Verdict:
 
 
 def verdict(
-    fit: Fitted, residuals: Residuals, ranges: Ranges, free_form: FreeForm | None, doubt: Doubt | None,
-    suspect: Suspect | None = None,
-) -> Verdict:  # fmt: skip
+    fit: Fitted, residuals: Residuals, ranges: Ranges, free_form: FreeForm | None, causes: Sequence[Cause]
+) -> Verdict:
     """Judge a fit by what it leaves, where, how it predicts, and what the data tell."""
     found = [*_of_search(fit), *_of_misfit(fit, residuals), *_of_prediction(fit, ranges), *_of_conditions(fit),
-             *_of_free_form(fit, free_form), *_of_causes(doubt, suspect)]  # fmt: skip
+             *_of_free_form(fit, free_form), *(Finding("yellow", cause.text) for cause in causes)]  # fmt: skip
     return Verdict(tuple(sorted(found, key=lambda finding: -LIGHTS.index(finding.light))))
 
 
@@ -87,7 +85,7 @@ def _of_search(fit: Fitted) -> Iterator[Finding]:
     bounded = at_bounds(fit.problem, fit.x)
     untold = ", ".join(name for name in fit.not_identifiable if name not in bounded)
     if untold:
-        yield Finding("yellow", f"The data do not tell {untold}: give it, or measure what tells it.")
+        yield Finding("yellow", f"{untold}: not identifiable from these data. Fix it, or measure what determines it.")
     for name, bound in bounded.items():
         estimate = fit.parameters[name]
         yield Finding(
@@ -102,31 +100,31 @@ def _of_misfit(fit: Fitted, residuals: Residuals) -> Iterator[Finding]:
         measured = np.concatenate([course.measured for course in residuals.courses(signal)])
         spread, noise = float(np.std(measured)), residuals.noise(signal)
         own = regimes(residuals, signal)
+        residual = f"RMS residual of {signal}: {rms:.3g} {unit}"
         where = _worst(own, float(np.sqrt(np.mean(residuals.all(signal) ** 2))))
         tied = _listed([one.name for one in own if not one.is_white])
         if not rms <= MISSED * spread:
             yield Finding(
-                "red", f"It leaves {rms:.3g} {unit} rms of {signal}, which varies by {spread:.3g} {unit}{where}: "
-                "look at signs, units and what was assumed."
-            )  # fmt: skip
+                "red",
+                f"{residual}, and the signal varies by {spread:.3g} {unit}{where}: look at signs, units and what was "
+                "assumed.",
+            )
         elif rms > LOUD * noise:
             yield Finding(
-                "yellow", f"It leaves {rms:.3g} {unit} rms of {signal}, {rms / noise:.2g} times the noise of its sensor"
-                f"{where}: the law, or what is held fixed, misses something."
-            )  # fmt: skip
-        elif loud := [one for one in own if one.rms > LOUD * noise and not one.is_white]:
+                "yellow",
+                f"{residual}, {rms / noise:.2g} times the noise of its sensor{where}: the law, or a fixed parameter, "
+                "misses something.",
+            )
+        elif loud := [f"{one.name} ({one.rms:.3g})" for one in own if one.rms > LOUD * noise and not one.is_white]:
             yield Finding(
-                "yellow", f"What it leaves of {signal}, {rms:.3g} {unit} rms, is about as large as the noise of its "
-                f"sensor, but more {_listed([f'{one.name} ({one.rms:.3g})' for one in loud])}: there the law misses "
-                "something."
-            )  # fmt: skip
+                "yellow",
+                f"{residual}, about the noise of its sensor, but more {_listed(loud)}: there the law misses something.",
+            )
         elif tied or not residuals.is_white(signal):
-            yield Finding(
-                "green", f"What it leaves of {signal}, {rms:.3g} {unit} rms, is about as large as the noise of its "
-                f"sensor, but hangs together{f' {tied}' if tied else where}."
-            )  # fmt: skip
+            when = f" {tied}" if tied else where
+            yield Finding("green", f"{residual}, about the noise of its sensor, but autocorrelated{when}.")
         else:
-            yield Finding("green", f"What it leaves of {signal}, {rms:.3g} {unit} rms, looks like noise.")
+            yield Finding("green", f"{residual}, looks like noise.")
     yield from _worst_place(residuals)
 
 
@@ -135,22 +133,20 @@ def _worst_place(residuals: Residuals) -> Iterator[Finding]:
     worst = residuals.worst()
     if worst is not None and worst.size > LOUD**2:
         record = residuals.windows[worst.window].record
-        yield Finding(
-            "green", f"Most is missed of {worst.signal} at {record.begin + record.time[worst.sample]:.4g} s of "
-            f"{record.name}."
-        )  # fmt: skip
+        time = record.begin + record.time[worst.sample]
+        yield Finding("green", f"The residual of {worst.signal} is largest at {time:.4g} s of {record.name}.")
 
 
 def _of_prediction(fit: Fitted, ranges: Ranges) -> Iterator[Finding]:
     if not fit.validation_rms:
-        yield Finding("green", "Nothing was held out, so that no prediction was tried.")
+        yield Finding("green", "There are no validation data, so that no prediction was tested.")
     for signal, rms in fit.validation_rms.items():
         ratio = rms / max(fit.rms[signal], 1e-300)
         light = "red" if not ratio <= FAR_OFF else "yellow" if ratio > OFF else "green"
         unit = fit.units.of_signal(signal)
         yield Finding(
-            light, f"Data held out are predicted to {rms:.3g} {unit} rms of {signal}, {ratio:.2g} times what is left "
-            "of those fitted."
+            light, f"RMS residual of the validation data of {signal}: {rms:.3g} {unit}, {ratio:.2g} times that of the "
+            "fitted data."
         )  # fmt: skip
     for text in ranges.beyond(held_of(fit.problem, fit.x)).values():
         yield Finding("yellow", f"What was predicted is an extrapolation: {text}.")
@@ -184,16 +180,6 @@ def _of_free_form(fit: Fitted, found: FreeForm | None) -> Iterator[Finding]:
     if found is not None:
         is_much = fit.problem.experiment.name == "motion" and found.gain(found.family) > MUCH
         yield Finding("yellow" if is_much else "green", str(found))
-
-
-def _of_causes(doubt: Doubt | None, suspect: Suspect | None) -> Iterator[Finding]:
-    """Say which fixed setting, or fault of a sensor, would explain what is left; what explains more comes first."""
-    causes = [cause for cause in (suspect, doubt) if cause is not None]
-    # A setting that explains as much as a sensor comes first: both may be the same change of the simulation.
-    if suspect is not None and doubt is not None and SAME * doubt.gain > suspect.gain:
-        causes.reverse()
-    for cause in causes:
-        yield Finding("yellow", str(cause))
 
 
 def _worst(regimes: Sequence[Regime], whole: float) -> str:

@@ -1,0 +1,27 @@
+//! Numbers as people read them.
+
+/// A number of some significant digits, without zeros at its end; powers of ten are for those too large or too small to be read
+/// without.
+pub fn significant(value: f64, digits: usize) -> String {
+    if value == 0.0 || !value.is_finite() {
+        return format!("{value}");
+    }
+    let exponent = libm::floor(libm::log10(value.abs())) as i32;
+    if !(-4..7).contains(&exponent) {
+        return format!("{value:.*e}", digits - 1);
+    }
+    let text = format!("{value:.*}", (digits as i32 - 1 - exponent).max(0) as usize);
+    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_have_as_many_digits_as_are_asked_for() {
+        let shown = [0.0, 1.0, 12.345, 0.001_234_5, 123_456.0, 1.5e-7, -1.5e7].map(|value| significant(value, 3));
+        assert_eq!(shown, ["0", "1", "12.3", "0.00123", "123456", "1.50e-7", "-1.50e7"]);
+        assert_eq!(significant(0.012_345_67, 5), "0.012346");
+    }
+}
