@@ -67,5 +67,5 @@ def test_command_line_and_files_have_it(tmp_path: Path, capsys: pytest.CaptureFi
     printed = capsys.readouterr().out
     told = json.loads((tmp_path / "a.json").read_text(encoding="utf-8"))["verdict"]
     assert told["light"] == "green" and f"verdict: green: {told['text']}" in printed
-    assert "no prediction was tried" in told["text"]
+    assert "no prediction was tested" in told["text"]
     assert "<p class=green><b>Green.</b>" in (tmp_path / "a.html").read_text(encoding="utf-8")
