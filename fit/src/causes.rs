@@ -121,7 +121,7 @@ pub struct Candidates {
     pub settings: Vec<Parameter>,
     /// Properties of sensors; each starts at its fixed value.
     pub sensors: Vec<Parameter>,
-    /// Choices, as that of a thermal model.
+    /// Choices, as of a thermal model.
     pub choices: Vec<Choice>,
     /// Whether the clock may be one.
     pub has_clock: bool,
@@ -130,7 +130,7 @@ pub struct Candidates {
 /// A change of something fixed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Change<'a> {
-    /// The parameter is estimated: a vector has its inner value after those of the other parameters.
+    /// The parameter is estimated: a vector has its inner value behind the other parameters.
     Estimated(&'a Parameter),
     /// Another item of a choice.
     Chosen {

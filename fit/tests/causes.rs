@@ -19,7 +19,7 @@ const OTHER: usize = 17;
 
 type Trace = Vec<f64>;
 
-/// One of 60 traces that are orthogonal to each other and have the norm 1: those of the discrete cosine transform.
+/// One of 60 traces that are orthogonal to each other and have the norm 1, from the discrete cosine transform.
 fn trace(number: usize) -> Trace {
     let count = 2 * SAMPLES;
     let of =

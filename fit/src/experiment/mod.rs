@@ -297,7 +297,7 @@ impl Given {
     }
 
     /// Reading at the samples of a record, of a true course at its communication points: through the filter, the delay, the
-    /// gain and the offset of its sensor. True time is that of the record times a clock.
+    /// gain and the offset of its sensor. True time is the record's, times a clock.
     pub fn read(&self, record: &Record, clock: f64, signal: &str, truth: &[f64], values: &Values) -> Vec<f64> {
         let of = |kind: &str, usual| self.beside(&format!("{kind}.{signal}"), values, usual);
         let (lag, delay, gain, offset) = (of("lag", 0.0), of("delay", 0.0), of("gain", 1.0), of("offset", 0.0));
