@@ -145,9 +145,10 @@ def _of_prediction(fit: Fitted, ranges: Ranges) -> Iterator[Finding]:
         light = "red" if not ratio <= FAR_OFF else "yellow" if ratio > OFF else "green"
         unit = fit.units.of_signal(signal)
         yield Finding(
-            light, f"RMS residual of the validation data of {signal}: {rms:.3g} {unit}, {ratio:.2g} times the residual of "
-            "the fitted data."
-        )  # fmt: skip
+            light,
+            f"RMS residual of the validation data of {signal}: {rms:.3g} {unit}, {ratio:.2g} times the residual of the "
+            "fitted data.",
+        )
     for text in ranges.beyond(held_of(fit.problem, fit.x)).values():
         yield Finding("yellow", f"What was predicted is an extrapolation: {text}.")
 
