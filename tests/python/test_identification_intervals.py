@@ -222,7 +222,7 @@ def test_what_windows_begin_with_is_taken_out_of_the_derivatives() -> None:
         assert tolerance == 1e-6
         return np.array([1.0 - slopes @ x for x in vectors])
 
-    free, windows, noise = ("offset", 0.0, -10.0, 10.0, 0.5, False), [(15, 1, 0), (15, 1, 1)], 0.5
+    free, windows, noise = ("offset", "1", 0.0, -10.0, 10.0, 0.5, False), [(15, 1, 0), (15, 1, 1)], 0.5
     problem = _native.LeastSquares([free], windows, [(noise, 0.0, False)], 1e-3, differences)
     derivatives, scores, blocks, records = problem.linearised(np.zeros(3))
     weighted = -slopes / noise
