@@ -48,7 +48,7 @@ impl<const N: usize> Inverse<N> {
 // Functions of their own, as large as a step: inlined, they would be optimised once more with each of them.
 #[inline(never)]
 fn invert_whole<const N: usize>(columns: &mut [[f64; N]; N]) -> Option<()> {
-    invert(columns, 0..N)
+    invert(columns, 0..N, true)
 }
 
 #[inline(never)]
@@ -61,14 +61,14 @@ fn times_whole<const N: usize>(columns: &[[f64; N]; N], right: &[f64; N]) -> [f6
 #[inline(always)]
 fn invert_groups<const N: usize>(columns: &mut [[f64; N]; N], groups: Groups) -> Option<()> {
     let [first, second, third] = ranges::<N>(groups);
-    invert(columns, first)?;
-    invert(columns, second.clone())?;
+    invert(columns, first, false)?;
+    invert(columns, second.clone(), false)?;
     let (before, after) = columns.split_at_mut(third.start);
     for column in after {
         solve(before, second.clone(), column);
         add(before, second.clone(), third.clone(), column);
     }
-    invert(columns, third)
+    invert(columns, third, false)
 }
 
 #[inline(always)]
@@ -89,9 +89,10 @@ fn ranges<const N: usize>([second, third]: Groups) -> [Range<usize>; 3] {
     [0..second, second..third, third..N]
 }
 
-/// Inverts a block on the diagonal in place. Columns with a zero beside the pivot stay as they are.
+/// Inverts a block on the diagonal in place. In a sparse one columns with a zero beside the pivot are skipped; in a small dense
+/// one the branch costs more than it saves.
 #[inline(always)]
-fn invert<const N: usize>(columns: &mut [[f64; N]; N], block: Range<usize>) -> Option<()> {
+fn invert<const N: usize>(columns: &mut [[f64; N]; N], block: Range<usize>, is_sparse: bool) -> Option<()> {
     for k in block.clone() {
         let inverse_pivot = 1.0 / columns[k][k];
         if !inverse_pivot.is_finite() {
@@ -101,7 +102,7 @@ fn invert<const N: usize>(columns: &mut [[f64; N]; N], block: Range<usize>) -> O
         for j in block.clone() {
             if j != k {
                 let entry = columns[j][k];
-                if entry == 0.0 {
+                if is_sparse && entry == 0.0 {
                     continue;
                 }
                 for i in block.clone() {

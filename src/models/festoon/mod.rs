@@ -26,7 +26,7 @@ use crate::friction::{self, Contact, ContactLaw, Drive, Event, Friction, Frictio
 use crate::mechanics::{GRAVITY, OneSided};
 use crate::model::{Course, Experiment, Functions, Model, Panel, Signal, Start};
 use crate::numbers::{Scalar, Varying};
-use crate::system::{Indicator, Limits, Sample, System, Tables, UNUSED};
+use crate::system::{Hints, Indicator, Limits, Sample, System, Tables, UNUSED};
 use crate::variables::{Notices, ParameterError, Values};
 
 /// The model as the library offers it.
@@ -521,6 +521,10 @@ impl<L: FrictionLaw> System<2> for Festoon<L> {
 
     fn notices(&self, _u: &[f64; 2]) -> Notices {
         [self.friction[0].law().notice(), None]
+    }
+
+    fn hints<S: Varying, const N: usize>(&self, _x: &[S; N], _memory: &Self::Memory<S>) -> Hints {
+        Hints { is_chain: true, ..Hints::default() }
     }
 }
 
