@@ -45,6 +45,24 @@ fn sliding_friction_differs_by_direction() {
     }
 }
 
+/// Damping beside the law acts outwards alone, or inwards alone.
+#[test]
+fn viscous_friction_differs_by_direction() {
+    for (law, dry) in [("Coulomb", 8.3), ("Stribeck", 8.3), ("LuGre", 8.3), ("Dahl", 10.6)] {
+        for (damping, velocity, by_law) in [(20.0, 0.5, 1.0), (20.0, -0.5, 0.0), (-20.0, 0.5, 0.0), (-20.0, -0.5, 1.0)]
+        {
+            let rig = Rig::cylinder(law).set("friction.direction.damping", damping).set("velocity0", velocity);
+            let mut running = rig.start().unwrap();
+            running.advance(5e-3).unwrap();
+            let now = running.get("velocity");
+            assert!(now * velocity > 0.1, "{law} moves on");
+            let viscous = if law == "Dahl" { 0.0 } else { 30.0 };
+            let expected = f64::copysign(dry, now) + (viscous + by_law * 20.0) * now;
+            close(running.get("frictionForce"), expected, 1e-6, format_args!("{law} at {now} m/s, {damping}"));
+        }
+    }
+}
+
 /// A force between friction inwards and friction outwards slows a carriage down that moves outwards, and is too weak to start it
 /// again: with a force difference `D` it comes to rest after `m/s2*ln(1 + s2*v0/D)` at `x0 + m/s2*(v0 - D/s2*ln(1 + s2*v0/D))`.
 #[test]

@@ -195,6 +195,7 @@ fn of_options(model: &Model) -> Vec<Changes> {
     vec![
         [&both[..], &[("throttleA.C", 2e-9), ("throttleB.C", 2e-9)]].concat(),
         [&both[..], &[("cushion.length", 0.26), ("cushion.C", 1e-9), ("chamberA.pressure0", 6e5)]].concat(),
+        vec![("quickExhaustA.C", 1e-8), ("quickExhaustB.C", 1e-8)],
         vec![("load.stiffness", 100.0)],
         vec![("incline", 0.3)],
         vec![("supply.volume", 1e-5), ("supply.C", 1e-10)],

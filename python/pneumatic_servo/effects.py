@@ -45,15 +45,18 @@ NEEDS = [
     _need(r"thermal\.heatTransfer", _is("thermal.model", "EnergyBalance"), "thermal.model = EnergyBalance"),
     _need(r"valve\.table[AB]\..*", _is("valve.characteristic", "Table"), "valve.characteristic = Table"),
     _need(r"valve\.deadZone", _is("valve.characteristic", "Linear"), "valve.characteristic = Linear"),
-    _need(r"hoseA\.diameter", _is_not_zero("hoseA.length", "throttleA.C", "cushion.length"),
-          "hoseA.length, throttleA.C or cushion.length above 0"),
-    _need(r"hoseB\.diameter", _is_not_zero("hoseB.length", "throttleB.C", "cushion.length"),
-          "hoseB.length, throttleB.C or cushion.length above 0"),
+    _need(r"hoseA\.diameter", _is_not_zero("hoseA.length", "throttleA.C", "quickExhaustA.C", "cushion.length"),
+          "hoseA.length, throttleA.C, quickExhaustA.C or cushion.length above 0"),
+    _need(r"hoseB\.diameter", _is_not_zero("hoseB.length", "throttleB.C", "quickExhaustB.C", "cushion.length"),
+          "hoseB.length, throttleB.C, quickExhaustB.C or cushion.length above 0"),
     _need(r"sensor\.endHysteresis", _is_not_zero("sensor.endDistance[1]", "sensor.endDistance[2]"),
           "sensor.endDistance[1] or sensor.endDistance[2] above 0"),
     _need(r"throttle\.direction", _is_not_zero("throttleA.C", "throttleB.C"), "throttleA.C or throttleB.C above 0"),
-    _need(r"throttle\.(free|b)", _is_not_zero("throttleA.C", "throttleB.C", "cushion.length"),
-          "throttleA.C, throttleB.C or cushion.length above 0"),
+    _need(r"throttle\.(free|b)",
+          _is_not_zero("throttleA.C", "throttleB.C", "quickExhaustA.C", "quickExhaustB.C", "cushion.length"),
+          "throttleA.C, throttleB.C, quickExhaustA.C, quickExhaustB.C or cushion.length above 0"),
+    _need(r"quickExhaust\.(opening|b)", _is_not_zero("quickExhaustA.C", "quickExhaustB.C"),
+          "quickExhaustA.C or quickExhaustB.C above 0"),
     _need(r"cushion\.C", _is_not_zero("cushion.length"), "cushion.length above 0"),
     _need(r"supply\.[Cb]", _is_not_zero("supply.volume"), "supply.volume above 0"),
     _need(r"leakage\.b", _is_not_zero("chamberA.leakage", "chamberB.leakage"),
@@ -248,7 +251,7 @@ def _options(variables: Variables, settings: Mapping[str, Value]) -> tuple[tuple
 
 SWITCHES = {
     "hoseA.length", "hoseB.length", "throttleA.C", "throttleB.C", "cushion.length", "supply.volume", "load.stiffness",
-    "friction.position.amplitude", "chamberA.leakage", "chamberB.leakage",
+    "quickExhaustA.C", "quickExhaustB.C", "friction.position.amplitude", "chamberA.leakage", "chamberB.leakage",
     "coupling.compliance", "sensor.endDistance[1]", "sensor.endDistance[2]",
 }  # fmt: skip
 """Real parameters that switch options off by being 0."""

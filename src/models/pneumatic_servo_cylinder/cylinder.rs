@@ -76,7 +76,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
     pub(super) fn of(Parts { parameters: p, options, sensors, actuator, friction }: Parts<L, A>) -> Self {
         let area = |diameter: Tangent| PI * diameter * diameter / 4.0;
         let pressures0 = [p.pressure0_a, p.pressure0_b].into();
-        let lines = Lines::new(&options, p.ambient_temperature, p.supply_temperature);
+        let lines = Lines::new(&options, [p.ambient_pressure, p.ambient_temperature], p.supply_temperature);
         let [hose_a, hose_b] = lines.added_volumes();
         let areas = [area(p.bore) - area(options.rod_a), area(p.bore) - area(p.rod)];
         let chambers = Chambers {

@@ -13,7 +13,7 @@
 
 use super::cylinder::{MemoryOf, PneumaticServoCylinder};
 use super::ends;
-use super::lines::{HOSE, LINE_STATES, Lines, METER, VESSEL, VOLUMES};
+use super::lines::{HOSE, LINE_STATES, Lines, METER, PortFlows, VESSEL, VOLUMES};
 use super::motion::{self, Guidance};
 use super::sensors;
 use super::sensors::{COUNT, Memory, Sensors};
@@ -254,6 +254,22 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
         })
     }
 
+    /// Friction force in N of the contact, with viscous friction that acts in one direction alone.
+    #[inline(always)]
+    pub(super) fn friction_force<S: Scalar>(&self, contact: &Contact<S>, x: &[S], memory: &L::Memory<S::Held>) -> S {
+        let force = self.friction.force(contact, x, memory, &mut [S::zero(); MOST]);
+        self.with_one_way_friction(force, contact, memory)
+    }
+
+    /// Friction force in N of the law, with viscous friction that acts in one direction alone.
+    #[inline(always)]
+    fn with_one_way_friction<S: Scalar>(&self, force: S, contact: &Contact<S>, memory: &L::Memory<S::Held>) -> S {
+        if EXTENDED && self.options.one_way_damping.is_used() {
+            return force + self.options.one_way_friction(self.friction.rate(contact.velocity, memory));
+        }
+        force
+    }
+
     /// Velocity of the carriage: as imposed, or the state, unless the friction law holds the position.
     #[inline(always)]
     pub(super) fn rate<S: Scalar>(&self, time: S, x: &[S], u: &Inputs<S>, memory: &MemoryOf<L, A, S::Held>) -> S {
@@ -283,6 +299,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
         let rate = self.rate(time, x, u, memory);
         let contact = self.contact(time, x, u, rate, &memory.motion);
         let force = self.friction.law().force(&contact, bristles, &memory.friction, bristle_rates);
+        let force = self.with_one_way_friction(force, &contact, &memory.friction);
         [rate, self.acceleration(&contact, force, &memory.motion), force]
     }
 
@@ -417,9 +434,15 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
             let Some(line) = line else { continue };
             let own = &states[side * HOSE..][..HOSE];
             let chamber = gas.side(side);
-            let (of_hose, out) = line.flows(own, lines.temperature, fed.mass.0[side], chamber, distances[side]);
+            let (of_hose, port) = line.flows(own, lines.temperature, fed.mass.0[side], chamber, distances[side]);
             rates[side * HOSE..][..HOSE].copy_from_slice(&of_hose);
+            let PortFlows { from_line: out, from_outside } = port;
             (into.mass.0[side], into.carried.0[side]) = (out.mass, out.mass * out.temperature);
+            if line.has_quick_exhaust() {
+                into.mass.0[side] += from_outside.mass;
+                into.carried.0[side] += from_outside.mass * from_outside.temperature;
+                received += from_outside.mass;
+            }
         }
         let drawn = || self.closed(self.actuator.drawn(of_actuator(x), &ports, at_valve));
         if let Some(vessel) = &lines.vessel {
@@ -468,7 +491,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
             return;
         }
         let contact = self.contact(time, x, u, self.rate(time, x, u, memory), &memory.motion);
-        let friction = self.friction.force(&contact, x, &memory.friction, &mut [S::zero(); MOST]);
+        let friction = self.friction_force(&contact, x, &memory.friction);
         let acceleration = self.acceleration(&contact, friction, &memory.motion);
         let quantities = self.measured(time, x, u, [acceleration, friction], (&memory.friction, &memory.motion));
         self.sensors.sample(time.value(), quantities, self.lagged(x), &mut memory.sensors);
@@ -630,7 +653,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
             return -of_gas;
         }
         let contact = self.contact(time, x, u, self.rate(time, x, u, memory), &memory.motion);
-        let friction = self.friction.force(&contact, x, &memory.friction, &mut [S::zero(); MOST]);
+        let friction = self.friction_force(&contact, x, &memory.friction);
         contact.applied - friction - of_gas
     }
 
@@ -660,7 +683,8 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
     ) {
         let (position, rate) = (State::Position.get(x), self.rate(time, x, u, memory));
         let contact = self.contact(time, x, u, rate, &memory.motion);
-        let friction = self.friction.observe(&contact, x, &memory.friction);
+        let mut friction = self.friction.observe(&contact, x, &memory.friction);
+        friction.force = self.with_one_way_friction(friction.force, &contact, &memory.friction);
         let acceleration = friction.unless_held(self.acceleration(&contact, friction.force, &memory.motion));
         let quantities = self.measured(time, x, u, [acceleration, friction.force], (&memory.friction, &memory.motion));
         let [.., rod_force] = quantities;

@@ -273,7 +273,7 @@ mod couplings {
 
     /// Every law, with every combination of options that adds a coupling.
     fn cases() -> Vec<Vec<(&'static str, f64)>> {
-        let options: [&[(&str, f64)]; 15] = [
+        let options: [&[(&str, f64)]; 16] = [
             &[("hoseA.length", 1.0), ("hoseB.length", 0.7)],
             &[("hoseA.length", 1.0), ("supply.volume", 1e-3), ("consumption.enabled", 1.0)],
             &[("consumption.enabled", 1.0)],
@@ -288,6 +288,7 @@ mod couplings {
             &[("actuation", 4.0), ("sensor.force.lag", 1e-3)],
             &[("actuation", 5.0), ("hoseA.length", 1.0)],
             &[("motion", 2.0), ("sensor.force.lag", 1e-3)],
+            &[("hoseB.length", 1.0), ("quickExhaustB.C", 1e-8), ("friction.direction.damping", 20.0)],
             &[("motion", 2.0), ("coupling.compliance", 1e-5), ("coupling.damping", 20.0)],
         ];
         let laws = LAWS.items.iter().map(|(id, ..)| vec![("friction.law", f64::from(*id)), ("friction.kappaA", 1e-6)]);

@@ -64,6 +64,35 @@ pub struct Restriction {
     out: Tangent,
     /// Length in m and sonic conductance in m3/(s Pa), if there is a cushion.
     cushion: Option<[Tangent; 2]>,
+    quick_exhaust: Option<QuickExhaust>,
+}
+
+/// A quick exhaust valve in a port: a shuttle that lets air in from the line, and out of the chamber to the surroundings, past
+/// the line.
+///
+/// ```text
+/// o        = clamp((p - p_line)/dp_open, 0, 1)
+/// mdot_out = orifice(p -> p_atm)   with o*C, b, and the conductance of the cushion as an upper bound of C
+/// ```
+///
+/// Of the flow back into the line `1 - o` is left.
+#[derive(Clone, Debug)]
+struct QuickExhaust {
+    orifice: Orifice,
+    conductance: Tangent,
+    /// `dp_open` in Pa.
+    opening: Tangent,
+    surroundings: Reservoir,
+    /// In Pa.
+    ambient: Tangent,
+}
+
+/// Flows at the port of a chamber.
+pub struct PortFlows<S> {
+    /// From the line into the chamber.
+    pub from_line: Flow<S>,
+    /// From the surroundings into the chamber, past the line.
+    pub from_outside: Flow<S>,
 }
 
 /// A vessel between the supply and the actuator, at the temperature of the supply; its own pressure bounds the outlet's
@@ -89,10 +118,12 @@ pub const PASSAGE: f64 = 0.05;
 const CLOSING: f64 = 0.1;
 
 impl Lines {
-    /// The lines of a cylinder with air of a temperature in K in its hoses and another in its vessel.
-    pub fn new(options: &Options, temperature: Tangent, supply_temperature: Tunable) -> Self {
+    /// The lines of a cylinder in surroundings of a pressure in Pa and a temperature in K, which the air in its hoses has, and with
+    /// air of another temperature in its vessel.
+    pub fn new(options: &Options, [ambient, temperature]: [Tangent; 2], supply_temperature: Tunable) -> Self {
         let line = |side: usize| {
-            let ([length, diameter], restriction) = (options.hoses()[side], Restriction::new(options, side));
+            let restriction = Restriction::new(options, side, [ambient, temperature]);
+            let [length, diameter] = options.hoses()[side];
             let has_hose = length > 0.0;
             let length = if has_hose { length } else { Tangent::still(PASSAGE) };
             let is_there = (has_hose || restriction.is_some()) && !options.opens()[side];
@@ -212,8 +243,8 @@ impl Lines {
 }
 
 impl Restriction {
-    /// Restriction at the port of a chamber, if any.
-    fn new(options: &Options, side: usize) -> Option<Self> {
+    /// Restriction at the port of a chamber, if any, in surroundings of a pressure in Pa and a temperature in K.
+    fn new(options: &Options, side: usize, [ambient, temperature]: [Tangent; 2]) -> Option<Self> {
         let (throttle, free) = (options.throttles()[side], options.throttle_free);
         let throttled = if throttle > 0.0 { throttle } else { free };
         let (into, out) = match options.throttled_flow {
@@ -221,8 +252,32 @@ impl Restriction {
             ThrottledFlow::MeterIn => (throttled, free),
         };
         let cushion = (options.cushion_length > 0.0).then_some([options.cushion_length, options.cushion_conductance]);
-        let is_there = throttle > 0.0 || cushion.is_some();
-        is_there.then(|| Self { orifice: Orifice::new(options.throttle_ratio), into, out, cushion })
+        let conductance = options.quick_exhausts()[side];
+        let quick_exhaust = (conductance > 0.0).then(|| QuickExhaust {
+            orifice: Orifice::new(options.quick_exhaust_ratio),
+            conductance,
+            opening: options.quick_exhaust_opening,
+            surroundings: Reservoir::new(temperature),
+            ambient,
+        });
+        let is_there = throttle > 0.0 || cushion.is_some() || quick_exhaust.is_some();
+        is_there.then(|| Self { orifice: Orifice::new(options.throttle_ratio), into, out, cushion, quick_exhaust })
+    }
+
+    /// Flows from the end of a hose and from the surroundings into a chamber whose piston is a distance in m from the end of its
+    /// stroke.
+    fn flows<S: Scalar>(&self, from: GasState<S>, to: GasState<S>, distance: S) -> PortFlows<S> {
+        let from_line = self.flow(from, to, distance);
+        let Some(exhaust) = &self.quick_exhaust else {
+            return PortFlows { from_line, from_outside: Flow { mass: S::zero(), temperature: to.temperature } };
+        };
+        let opening = exhaust.opening(from.pressure, to.pressure);
+        let outside = exhaust.surroundings.at(S::tuned(exhaust.ambient));
+        let conductance = opening * self.cushioned(exhaust.conductance, distance);
+        PortFlows {
+            from_line: Flow { mass: from_line.mass * (-opening + 1.0), ..from_line },
+            from_outside: exhaust.orifice.flow(conductance, outside, to),
+        }
     }
 
     /// Flow from the end of a hose into a chamber whose piston is a distance in m from the end of its stroke.
@@ -238,7 +293,8 @@ impl Restriction {
     pub fn piece(&self, from: Real, to: Real, distance: Real) -> f64 {
         let within =
             |share: f64| self.cushion.map_or(0.0, |[length, _]| f64::from(length.value * share > distance.value));
-        orifice::piece(from, to).value + 4.0 * (within(1.0) + within(1.0 - CLOSING))
+        let exhausting = self.quick_exhaust.as_ref().map_or(0.0, |exhaust| exhaust.piece(from, to));
+        orifice::piece(from, to).value + 4.0 * (within(1.0) + within(1.0 - CLOSING)) + 12.0 * exhausting
     }
 
     /// Derivative in kg/(s Pa) of the flow the wider way with respect to a pressure, where it is laminar.
@@ -247,9 +303,28 @@ impl Restriction {
     }
 
     fn outward<S: Scalar>(&self, distance: S) -> S {
-        let Some([length, conductance]) = self.cushion else { return S::tuned(self.out) };
+        self.cushioned(self.out, distance)
+    }
+
+    /// A conductance out of the chamber, as the cushion leaves it.
+    fn cushioned<S: Scalar>(&self, open: Tangent, distance: S) -> S {
+        let Some([length, conductance]) = self.cushion else { return S::tuned(open) };
         let closed = ((-distance / length + 1.0) * (1.0 / CLOSING)).clamp(S::zero(), S::constant(1.0));
-        closed * (self.out.min(conductance) - self.out) + self.out
+        closed * (open.min(conductance) - open) + open
+    }
+}
+
+impl QuickExhaust {
+    /// Opening, from 0 to 1, for the pressures in Pa in the line and in the chamber.
+    fn opening<S: Scalar>(&self, line: S, chamber: S) -> S {
+        ((chamber - line) / self.opening).clamp(S::zero(), S::constant(1.0))
+    }
+
+    /// The number of the smooth piece of its flow: closed, opening or open, and of its orifice.
+    fn piece(&self, line: Real, chamber: Real) -> f64 {
+        let opening = self.opening(line, chamber).value;
+        let stage = if opening == 0.0 { 0.0 } else { 1.0 + f64::from(opening == 1.0) };
+        stage + 3.0 * orifice::piece(Real::of(self.ambient.value), chamber).value
     }
 }
 
@@ -263,7 +338,12 @@ impl Line {
         })
     }
 
-    /// Rates of the states of the hose, and its flow into a chamber.
+    /// Whether a quick exhaust valve is in the port.
+    pub fn has_quick_exhaust(&self) -> bool {
+        self.restriction.as_ref().is_some_and(|restriction| restriction.quick_exhaust.is_some())
+    }
+
+    /// Rates of the states of the hose, and the flows into a chamber at its port.
     pub fn flows<S: Scalar>(
         &self,
         states: &[S],
@@ -271,7 +351,7 @@ impl Line {
         inflow: S,
         chamber: GasState<S>,
         distance: S,
-    ) -> ([S; HOSE], Flow<S>) {
+    ) -> ([S; HOSE], PortFlows<S>) {
         let mut pressures: [S; VOLUMES] = std::array::from_fn(|i| states[i]);
         if self.restriction.is_none() {
             // The last volume is part of the chamber.
@@ -281,20 +361,22 @@ impl Line {
         let flow_rates = self.hose.flow_rates(pressures, columns);
         let through = self.hose.through(pressures, columns, flow_rates);
         let air = S::tuned(temperature);
-        let out = match &self.restriction {
-            Some(restriction) => restriction.flow(GasState::new(pressures[VOLUMES - 1], air), chamber, distance),
+        let flows = match &self.restriction {
+            Some(restriction) => restriction.flows(GasState::new(pressures[VOLUMES - 1], air), chamber, distance),
             None => {
                 let mass = through[COLUMNS - 1];
-                Flow { mass, temperature: if mass.value() >= 0.0 { air } else { chamber.temperature } }
+                let temperature = if mass.value() >= 0.0 { air } else { chamber.temperature };
+                let from_outside = Flow { mass: S::zero(), temperature };
+                PortFlows { from_line: Flow { mass, temperature }, from_outside }
             }
         };
         let mut rates = [S::zero(); HOSE];
-        rates[..VOLUMES].copy_from_slice(&self.hose.pressure_rates(inflow, through, out.mass));
+        rates[..VOLUMES].copy_from_slice(&self.hose.pressure_rates(inflow, through, flows.from_line.mass));
         if self.restriction.is_none() {
             rates[VOLUMES - 1] = S::zero();
         }
         rates[VOLUMES..].copy_from_slice(&flow_rates);
-        (rates, out)
+        (rates, flows)
     }
 }
 
@@ -465,6 +547,7 @@ mod tests {
             into: still(9e-9),
             out: still(8e-9),
             cushion: Some([0.02, 2e-9].map(still)),
+            quick_exhaust: None,
         };
         for (distance, expected) in [(0.1, 8e-9), (0.02, 8e-9), (0.019, 5e-9), (0.018, 2e-9), (0.0, 2e-9)] {
             assert!((restriction.outward(Real::of(distance)).value - expected).abs() < 1e-21, "at {distance} m");

@@ -73,6 +73,14 @@ parameters! {
             .text("Compliance of a spring between the carriage and the imposed motion; 0: the carriage moves as imposed. It needs motion = Imposed");
         coupling_damping: Fixed = Variable::parameter(1232, "coupling.damping", units::NEWTON_SECOND_PER_METRE, 0.0).range(0.0, 1e8).nominal(100.0)
             .text("Damping beside that spring. It needs coupling.compliance");
+        quick_exhaust_a: Fixed = quick_exhaust(1233, "A");
+        quick_exhaust_b: Fixed = quick_exhaust(1234, "B");
+        quick_exhaust_ratio: Fixed = Variable::parameter(1235, "quickExhaust.b", units::ONE, 0.3).range(0.0, 0.99)
+            .text("Critical pressure ratio of the quick exhaust valves");
+        quick_exhaust_opening: Fixed = Variable::parameter(1236, "quickExhaust.opening", units::PASCAL, 1e4).range(1e3, 1e6).shown_in("bar")
+            .text("Pressure by which a chamber must exceed its supply line for a quick exhaust valve to be fully open; it opens in proportion");
+        one_way_damping: Fixed = Variable::parameter(1237, "friction.direction.damping", units::NEWTON_SECOND_PER_METRE, 0.0).range(-1e4, 1e4).nominal(10.0)
+            .text("Viscous friction in one direction alone, added to the law: outwards if positive, inwards with its magnitude if negative");
         end_switches: EndSwitches = EndSwitches::variables();
         counts_supply: bool = Variable::option(1224, "consumption.enabled", false)
             .text("Count the air that is drawn from the supply, for supply.massFlow, supply.consumed and supply.consumedVolume");
@@ -103,6 +111,15 @@ fn leak(reference: u32, chamber: &str) -> Variable {
         .text(&format!("Sonic conductance of a leak from chamber {chamber} to the surroundings; 0: tight"))
 }
 
+fn quick_exhaust(reference: u32, chamber: &str) -> Variable {
+    Variable::parameter(reference, &format!("quickExhaust{chamber}.C"), units::CUBIC_METRE_PER_SECOND_PASCAL, 0.0)
+        .range(0.0, 1e-5)
+        .nominal(1e-8)
+        .absent_at_zero()
+        .shown_in("dm3/(s.bar)")
+        .text(&format!("Sonic conductance from chamber {chamber} to the surroundings of a quick exhaust valve in its port; 0: none. Without a hose it is behind a passage of 50 mm with hose{chamber}.diameter, and lets air in with throttle.free"))
+}
+
 fn throttle(reference: u32, chamber: &str) -> Variable {
     Variable::parameter(reference, &format!("throttle{chamber}.C"), units::CUBIC_METRE_PER_SECOND_PASCAL, 0.0)
         .range(0.0, 1e-5)
@@ -119,9 +136,14 @@ impl Options {
         let [restrictions_a, restrictions_b] = [self.throttle_a, self.throttle_b];
         let hoses = [self.hose_length_a, self.hose_length_b, self.vessel_volume];
         let lines = hoses.into_iter().chain([restrictions_a, restrictions_b, self.cushion_length]);
+        let lines = lines.chain(self.quick_exhausts());
         let is_chosen = self.opens().contains(&true) || counts_supply || self.differs_by_direction();
         let is_chosen = is_chosen || self.motion != Motion::Free || self.end_switches.are_used();
-        is_chosen || [spring_stiffness, kappa_difference, waviness].into_iter().chain(lines).any(Tangent::is_used)
+        is_chosen
+            || [spring_stiffness, kappa_difference, waviness, self.one_way_damping]
+                .into_iter()
+                .chain(lines)
+                .any(Tangent::is_used)
     }
 
     /// Whether the load level of friction is another outwards than inwards.
@@ -142,6 +164,11 @@ impl Options {
     /// Sonic conductances in m3/(s Pa) of the flow controls.
     pub fn throttles(&self) -> [Tangent; 2] {
         [self.throttle_a, self.throttle_b]
+    }
+
+    /// Sonic conductances in m3/(s Pa) of the quick exhaust valves.
+    pub fn quick_exhausts(&self) -> [Tangent; 2] {
+        [self.quick_exhaust_a, self.quick_exhaust_b]
     }
 
     /// Drive of the carriage.
@@ -184,6 +211,18 @@ impl Options {
     /// Force of the spring on the carriage towards +x, in N: `-k*(x - rest)`.
     pub fn spring_force<S: Scalar>(&self, position: S) -> S {
         -(position - self.spring_rest) * self.spring_stiffness
+    }
+
+    /// Viscous friction in N, at a velocity in m/s, that acts in one direction alone: `d*max(v, 0)`, or `-d*min(v, 0)` if `d < 0`.
+    pub fn one_way_friction<S: Scalar>(&self, velocity: S) -> S {
+        let (damping, towards) = (self.one_way_damping, velocity.value());
+        if damping >= 0.0 && towards > 0.0 {
+            velocity * damping
+        } else if damping < 0.0 && towards < 0.0 {
+            -velocity * damping
+        } else {
+            S::zero()
+        }
     }
 
     /// Increase of the load level by the pressure difference.

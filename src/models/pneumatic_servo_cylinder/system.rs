@@ -86,7 +86,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool, const U: usize> System<
         let motion = motion::Memory::new(rate);
         let contact = self.contact(S::zero(), &x, &u, rate, &motion);
         let friction = self.friction.start(&contact, &mut x);
-        let force = self.friction.force(&contact, &x, &friction, &mut [S::zero(); N]);
+        let force = self.friction_force(&contact, &x, &friction);
         let acceleration = self.acceleration(&contact, force, &motion);
         let quantities = self.measured(S::zero(), &x, &u, [acceleration, force], (&friction, &motion));
         if EXTENDED && self.sensors.states() > 0 {
