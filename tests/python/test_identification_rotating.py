@@ -52,7 +52,7 @@ def test_everything_that_is_said_is_in_its_units(tmp_path: Path) -> None:
     told.append(page.replace(found().units.told, "").replace("read N.m for N, kg.m2 for kg, rad for m", ""))
     for text in told:
         assert not OF_SLIDING.search(text), (OF_SLIDING.search(text), text)
-    assert " rad" in told[0] and "rad rms" in told[2] and "N.m rms" in told[3] and "rad/s" in told[4]
+    assert " rad" in told[0] and " rad, " in told[2] and "N.m rms" in told[3] and "rad/s" in told[4]
 
 
 def test_figures_are_in_its_units() -> None:
