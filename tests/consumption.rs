@@ -82,7 +82,8 @@ fn regulator_draws_what_it_gives() {
     let expected = (pressure * (DEAD + area(0.016) * high) - AMBIENT * (DEAD + area(0.016) * 0.5)) / GAS;
     close(given / expected, 1.0, 1e-6, format_args!("{given} kg, not {expected}"));
     settled(&mut running, 6.0, 1.0);
-    close(running.get("supply.consumed") / given, 1.0, 1e-14, "nothing comes back");
+    // Roundings of some hundred steps.
+    close(running.get("supply.consumed") / given, 1.0, 1e-12, "nothing comes back");
 }
 
 /// Choked flow is `C*p*rho0` at the reference temperature.

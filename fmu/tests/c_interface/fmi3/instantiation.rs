@@ -50,7 +50,11 @@ fn wrong_name_and_wrong_token_are_refused_with_the_name_of_the_function() {
         };
         for (name, token, reason) in [
             (c"", token("PneumaticServoCylinder"), "the instance name is missing"),
-            (c"a", CString::new("{token}").expect("no zero byte"), "the instantiation token {token} is not"),
+            (
+                c"a",
+                CString::new("{token}").expect("no zero byte"),
+                "the instantiation token {token} belongs to no model",
+            ),
         ] {
             let (component, messages) = instantiate(way, name, &token);
             assert!(component.is_null());
