@@ -47,7 +47,7 @@ pub const MODEL: &str = "thermal.model";
 /// Speed in m/s above which the damping of LuGre's bristles decays; with 0 it is constant, as in the first publication.
 pub const DAMPING_SPEED: &str = "friction.lugre.vd";
 
-/// Settings of a machine, besides parameters of its law, that may be other than they are given, by the name of the experiment.
+/// Settings of the machine that may be given wrongly, by the name of the experiment; parameters of the law come on top.
 pub fn suspected(experiment: &str) -> Vec<&'static str> {
     const GAS: [&str; 9] = [
         "supplyPressure",

@@ -316,13 +316,12 @@ impl<'a> Serializer for Walk<'a> {
 
     fn serialize_struct_variant(
         self,
-        _name: &'static str,
+        name: &'static str,
         index: u32,
-        _variant: &'static str,
+        variant: &'static str,
         length: usize,
     ) -> Result<Self, Never> {
-        self.0.whole(index.into());
-        self.serialize_tuple(length)
+        self.serialize_tuple_variant(name, index, variant, length)
     }
 
     fn is_human_readable(&self) -> bool {

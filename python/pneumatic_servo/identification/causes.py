@@ -115,9 +115,9 @@ def _choices(problem: Problem) -> list[tuple[str, str, list[str]]]:
         model = str(settings.get(MODEL, variables[MODEL].default))
         found.append((MODEL, model, [item for item in variables[MODEL].items if item != model]))
     if experiment.law == "LuGre" and experiment.name != "pneumatic" and DAMPING_SPEED not in free:
-        usual = experiment.value(DAMPING_SPEED, {})
-        other = variables[DAMPING_SPEED].default if usual == 0.0 else 0.0
-        found.append((DAMPING_SPEED, f"{usual:g}", [f"{other:g}"]))
+        speed = experiment.value(DAMPING_SPEED, {})
+        other = variables[DAMPING_SPEED].default if speed == 0.0 else 0.0
+        found.append((DAMPING_SPEED, f"{speed:g}", [f"{other:g}"]))
     return found
 
 

@@ -421,8 +421,8 @@ impl Lines {
         states[METER] / REFERENCE_DENSITY
     }
 
-    /// The states, their rates and the volume that the meter shows as variables. `direct` lists, for each chamber, the dependences of the flow
-    /// through the valve besides the gas at its port; `gas` the dependences by the chamber: pressure, temperature and position.
+    /// Variables of the states, their rates and the consumed volume. The flow through the valve to a chamber depends on the
+    /// variables `direct`, and on the gas at its port: in the chamber, on `gas`, which are pressure, temperature and position.
     pub fn computed(direct: [&[u32]; 2], gas: [[u32; 3]; 2]) -> Vec<Variable> {
         let mut table: Vec<Variable> = (0..LINE_STATES).map(state).collect();
         // At the port of the valve is the first volume of a hose, or the chamber, which only the vessel sees.
