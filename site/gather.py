@@ -333,7 +333,8 @@ TASKS = {
     ),
     "environments": (
         "Learning environments",
-        "envs.Positioning envs.VectorPositioning envs.Task envs.PositionControllers envs.task.RANDOM envs.register",
+        "envs.Positioning envs.VectorPositioning envs.Task envs.Arm envs.PositionControllers envs.task.RANDOM "
+        "envs.register",
     ),
     "errors": (
         "Errors and warnings",

@@ -91,6 +91,18 @@ impl Fleet {
         plants.iter_mut().zip(&states).try_for_each(|(plant, state)| plant.restore(&state.0).map_err(refused))
     }
 
+    /// Sets another input of each plant, until it is set anew.
+    fn set(&self, py: Python<'_>, input: &str, values: PyReadonlyArray1<'_, f64>) -> PyResult<()> {
+        let values = values.as_slice()?;
+        let entry = self.setup.table().find(input).ok_or_else(|| refused(format!("there is no variable {input}")))?;
+        let Place::Input(place) = entry.place else { return Err(refused(format!("{input} is not an input"))) };
+        let mut plants = self.plants(py);
+        if values.len() != plants.len() {
+            return Err(refused(format!("{} values for {} plants", values.len(), plants.len())));
+        }
+        plants.iter_mut().zip(values).try_for_each(|(plant, value)| plant.set_input(place, *value)).map_err(refused)
+    }
+
     /// The observed variables of all plants, `[plant, variable]`.
     fn observe<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f64>> {
         let mut plants = self.plants(py);

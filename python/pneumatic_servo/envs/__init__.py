@@ -1,4 +1,4 @@
-"""Positioning environments for Gymnasium: `pneumatic_servo/Positioning-v0`, single and vector.
+"""Environments for Gymnasium, single and vector: `pneumatic_servo/Positioning-v0`, and `pneumatic_servo/LiftedArm-v0`.
 
 >>> import gymnasium
 >>> import pneumatic_servo
@@ -19,16 +19,19 @@ if find_spec("gymnasium") is None:
 
 from gymnasium.envs import registration
 
+from pneumatic_servo.envs.arm import Arm
 from pneumatic_servo.envs.controllers import PositionControllers
 from pneumatic_servo.envs.positioning import Positioning, VectorPositioning
 from pneumatic_servo.envs.task import RANDOM, Task
 
-__all__ = ["RANDOM", "PositionControllers", "Positioning", "Task", "VectorPositioning", "register"]
+__all__ = ["RANDOM", "Arm", "PositionControllers", "Positioning", "Task", "VectorPositioning", "register"]
 
 NAME = "pneumatic_servo/Positioning-v0"
+WITH_ARM = "pneumatic_servo/LiftedArm-v0"
 
 
 def register() -> None:
     """Make the environments known to Gymnasium; importing `pneumatic_servo` does."""
-    if NAME not in registration.registry:
-        registration.register(NAME, entry_point=Positioning, vector_entry_point=VectorPositioning)
+    for name, given in ((NAME, {}), (WITH_ARM, {"arm": Arm()})):
+        if name not in registration.registry:
+            registration.register(name, entry_point=Positioning, vector_entry_point=VectorPositioning, kwargs=given)

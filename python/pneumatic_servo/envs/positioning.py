@@ -17,15 +17,17 @@ from pneumatic_servo import _native
 from pneumatic_servo.checks import names, whole_number
 from pneumatic_servo.constant_voltage import AtRest
 from pneumatic_servo.constant_voltage import check as check_at_rest
+from pneumatic_servo.envs.arm import Arm
 from pneumatic_servo.envs.drawing import Drawing, Frame, Window
-from pneumatic_servo.envs.task import OBSERVED, Array, Task, observations, rewards, voltages
+from pneumatic_servo.envs.task import MASS, OBSERVED, Array, Task, observations, rewards, voltages
 from pneumatic_servo.model import Model
 from pneumatic_servo.names import did_you_mean
 from pneumatic_servo.sensitivities import Transition
 from pneumatic_servo.simulation import SavedState, Simulation
 from pneumatic_servo.tasks import available_cores
 from pneumatic_servo.units import has_unit
-from pneumatic_servo.values import number_in
+from pneumatic_servo.values import number_in, value_of
+from pneumatic_servo.variables import Value
 
 Observation = NDArray[np.float32]
 OPTIONS = ("target",)
@@ -319,16 +321,29 @@ class _Fleet:
         self.task = task
         task.tell(model)
         self.stroke = task.stroke(model)
+        self.mass = float(
+            value_of(model.variables, MASS, task.settings(model).get(MASS, model.parameters[MASS].default))
+        )
         self.inputs = list(model.inputs)
         self.number, self.workers = number, workers
         self.native = self._plants(model)
+        self.pushes = np.full(number, np.nan)
+        """Force of an arm on each carriage at the last step in N, NaN before the first."""
         self.targets = np.zeros(number)
         self.settings: list[dict[str, Any]] = [{} for _ in range(number)]
         self.counts = np.zeros(number, dtype=np.int64)
 
     def _plants(self, model: Model) -> _native.Fleet:
-        common = list(self.task.settings(model).items())
-        return _native.Fleet(model._native, self.number, common, "valveVoltage", OBSERVED, self.workers)
+        common = self._loaded(list(self.task.settings(model).items()))
+        observed = OBSERVED if self.task.arm is None else [*OBSERVED, "acceleration"]
+        return _native.Fleet(model._native, self.number, common, "valveVoltage", observed, self.workers)
+
+    def _loaded(self, settings: list[tuple[str, Value]]) -> list[tuple[str, Value]]:
+        """Return settings whose moving mass includes the level arm."""
+        arm = self.task.arm
+        if arm is None:
+            return settings
+        return [(name, float(value) + arm.reflected if name == MASS else value) for name, value in settings]
 
     def __getstate__(self) -> dict[str, Any]:
         states = [state.to_bytes() for state in self.native.save()]
@@ -338,7 +353,7 @@ class _Fleet:
         self.__dict__.update(state)
         states = [_native.SavedState.from_bytes(data) for data in state["native"]]
         self.native = self._plants(Model("PneumaticServoCylinder"))
-        self.native.restart([(index, list(own.items())) for index, own in enumerate(self.settings)])
+        self.native.restart([(index, self._loaded(list(own.items()))) for index, own in enumerate(self.settings)])
         self.native.restore(states)
 
     def asked(self, options: Mapping[str, Any] | None, known: Sequence[str]) -> Array | None:
@@ -375,7 +390,8 @@ class _Fleet:
             self.targets[index] = drawn if targets is None else targets[index]
             self.settings[index] = dict(settings)
             self.counts[index] = 0
-            fresh.append((index, settings))
+            self.pushes[index] = np.nan
+            fresh.append((index, self._loaded(settings)))
         self.native.restart(fresh)
 
     def observe(self) -> Observation:
@@ -385,14 +401,38 @@ class _Fleet:
     def step(self, actions: Array) -> tuple[Observation, Array]:
         """Hold actions for one period; return observations and rewards."""
         task = self.task
-        seen = self.native.step(voltages(actions), task.period / task.substeps, task.substeps)
+        size, count = task.period / task.substeps, task.substeps
+        if task.arm is None:
+            seen = self.native.step(voltages(actions), size, count)
+        else:
+            for _ in range(count):
+                self._push(task.arm)
+                seen = self.native.step(voltages(actions), size, 1)
         self.counts += 1
         return observations(self.stroke, seen, self.targets), rewards(task, seen, self.targets, actions)
+
+    def _push(self, arm: Arm) -> None:
+        """Let an arm push each carriage over the next step, with the force that it has in the middle of it.
+
+        The plant has the mass of the level arm; what the arm has more or less, and its weight, are external forces.
+        """
+        seen = self.native.observe()
+        resting, against = arm.resistance(seen[:, 0], seen[:, 1])
+        more = resting - arm.reflected
+        self.native.set("externalForce", -against)
+        # Without the inertia of `more`; a carriage that this force does not move rests.
+        acceleration = self.native.observe()[:, 4]
+        mass = np.array([own.get(MASS, self.mass) for own in self.settings], dtype=np.float64) + arm.reflected
+        push = -against - more * acceleration * mass / (mass + more)
+        self.native.set("externalForce", push + np.where(np.isnan(self.pushes), 0.0, 0.5 * (push - self.pushes)))
+        self.pushes = push
 
     def transitions(
         self, actions: Array, by: list[str], of: list[str], at_rest: AtRest
     ) -> list[tuple[Transition, ...]]:
         """Return the transitions of a period under actions, substep by substep."""
+        if self.task.arm is not None:
+            raise ValueError("transitions is refused: a plant with an arm has none, since the arm is beside it")
         size, count = self.task.period / self.task.substeps, self.task.substeps
         told = self.native.transitions(voltages(actions), size, count, by, of)
         found = [tuple(Transition._of(step, self.inputs, by, of) for step in steps) for steps in told]
@@ -414,7 +454,7 @@ class _Fleet:
     def draw(self, drawing: Drawing, index: int) -> None:
         """Draw a plant as it is."""
         law = self.settings[index].get("friction.law", self.task.law)
-        drawing.show(self.stroke, self.native.observe()[index], float(self.targets[index]), str(law))
+        drawing.show(self.stroke, self.native.observe()[index, : len(OBSERVED)], float(self.targets[index]), str(law))
 
     def is_over(self) -> NDArray[np.bool_]:
         """Whether each episode has come to its end."""

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from pneumatic_servo import effects, plant_warnings
 from pneumatic_servo.checks import mapping, names, whole_number
+from pneumatic_servo.envs.arm import Arm
 from pneumatic_servo.errors import Refused
 from pneumatic_servo.model import Model
 from pneumatic_servo.names import did_you_mean
@@ -22,8 +23,12 @@ from pneumatic_servo.variables import Value
 Array = NDArray[np.float64]
 OBSERVED = ["position", "velocity", "chamberA.pressure", "chamberB.pressure"]
 """Variables of the plant behind an observation."""
+MASS = "mass.moving"
 SIGNALS = 5
 """Length of an observation: error, position, velocity and both pressures."""
+
+HOLDING = {"chamberA.pressure0": 4e5, "chamberB.pressure0": 3e5}
+"""Pressures in Pa with which an episode with an arm begins: nearly its weight."""
 
 RANDOM: Mapping[str, tuple[float, float]] = {
     "mass.moving": (0.8, 1.6),
@@ -59,6 +64,8 @@ class Task:
         Length of an episode in s, or with a unit; it is truncated then.
     effort : float
         Weight of the voltage's square in the reward.
+    arm : Arm, optional
+        Lever arm that the carriage moves; ``mass.moving`` is then without it.
     """
 
     law: str | None = None
@@ -70,6 +77,7 @@ class Task:
     substeps: int = 1
     duration: float = 1.5
     effort: float = 1e-3
+    arm: Arm | None = None
 
     @staticmethod
     def of(given: Mapping[str, Any]) -> Task:
@@ -101,8 +109,11 @@ class Task:
             raise ValueError(f"the friction law is given twice, by {' and by '.join(twice)}")
         default = str(model.parameters["friction.law"].default)
         law: Any = self.laws[0] if self.laws else self.law or self.parameters.get("friction.law", default)
+        if self.arm is not None and not isinstance(self.arm, Arm):
+            raise TypeError(f"arm = {self.arm!r} is refused: it must be an envs.Arm, or None")
         return replace(
             self, law=law, laws=self.laws or (), ranges=ranges, targets=(low, high),
+            arm=None if self.arm is None else self.arm.in_si(self.stroke(model)),
             period=seconds("period", self.period),
             duration=seconds("duration", self.duration),
         )  # fmt: skip
@@ -125,6 +136,8 @@ class Task:
         for name, value in [("period", self.period), ("duration", self.duration)]:
             if not value > 0:
                 raise ValueError(f"{name} = {value} is refused: it must be positive")
+        if self.arm is not None and "externalForce" in {*self.parameters, *self.ranges}:
+            raise ValueError("externalForce is refused: the arm is that force")
         if "cylinder.stroke" in self.ranges:
             raise ValueError("ranges: cylinder.stroke is refused: observations are in units of the one stroke")
         for name, (smallest, largest) in self.ranges.items():
@@ -158,7 +171,9 @@ class Task:
 
     def settings(self, model: Model) -> dict[str, Value]:
         """Return the parameters that all plants share."""
+        loaded = {} if self.arm is None else {MASS: float(model.parameters[MASS].default or 0.0), **HOLDING}
         return {
+            **loaded,
             "friction.law": self.law or "Stribeck",
             "supplyPressure": 6e5,
             # Each episode begins where it draws; this is only within the stroke.
@@ -195,7 +210,7 @@ def _pair(argument: str, given: Any) -> tuple[Any, Any]:
 
 
 def observations(stroke: float, seen: Array, targets: Array) -> NDArray[np.float32]:
-    """Scale measurements of plants with a stroke in m, of shape (plants, 4), to observations of shape (plants, 5).
+    """Scale measurements of plants with a stroke in m, of shape (plants, 4 or 5), to observations of shape (plants, 5).
 
     Error and position in units of the stroke, velocity in m/s, pressures in 10 bar: within -1 and 1 while nothing
     unusual happens.
@@ -204,7 +219,7 @@ def observations(stroke: float, seen: Array, targets: Array) -> NDArray[np.float
     scaled[:, 0] = (targets - seen[:, 0]) / stroke
     scaled[:, 1] = seen[:, 0] / stroke
     scaled[:, 2] = seen[:, 1]
-    scaled[:, 3:] = seen[:, 2:] * 1e-6
+    scaled[:, 3:] = seen[:, 2:4] * 1e-6
     return scaled
 
 
