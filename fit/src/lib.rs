@@ -12,6 +12,7 @@ pub mod causes;
 pub mod distributions;
 pub mod experiment;
 pub mod fitting;
+pub mod friction_table;
 pub mod guess;
 pub mod intervals;
 pub mod jacobian;

@@ -12,6 +12,8 @@ export interface Line {
   dashed?: boolean;
   /** Width in px. */
   width?: number;
+  /** Dots of a chart of one quantity over another: where it is now, unless all points are dots, or none has one. */
+  dots?: "all" | "none";
 }
 
 export interface Look {
@@ -379,12 +381,15 @@ export class PathChart extends Chart<Paths> {
     if (across.length === 0) return null;
     within(plot, (ctx) => {
       ctx.strokeStyle = ctx.fillStyle = this.colours[index - 1];
-      if (this.look.lines[index - 1].dashed) ctx.setLineDash([5 * devicePixelRatio, 4 * devicePixelRatio]);
-      trace(plot, across, up);
-      const last = across.length - 1;
-      ctx.beginPath();
-      ctx.arc(plot.valToPos(across[last], "x", true), plot.valToPos(up[last], "y", true), 4 * devicePixelRatio, 0, 2 * Math.PI);
-      ctx.fill();
+      const { dashed, dots } = this.look.lines[index - 1];
+      if (dashed) ctx.setLineDash([5 * devicePixelRatio, 4 * devicePixelRatio]);
+      if (dots !== "all") trace(plot, across, up);
+      const first = { all: 0, last: across.length - 1, none: across.length }[dots ?? "last"];
+      for (let point = first; point < across.length; point += 1) {
+        ctx.beginPath();
+        ctx.arc(plot.valToPos(across[point], "x", true), plot.valToPos(up[point], "y", true), 4 * devicePixelRatio, 0, 2 * Math.PI);
+        ctx.fill();
+      }
     });
     return null;
   };

@@ -13,6 +13,8 @@ export interface Context {
   tell(problem: string | null): void;
   /** Gives a variable a value; throws a refusal, and changes nothing then. */
   change(model: string, variable: string, value: number): void;
+  /** Gives several variables of a model their values at once, and shows the page anew; throws a refusal, and changes nothing then. */
+  changeAll(model: string, values: ReadonlyMap<string, number>): void;
   /** To be called when a setting has changed that a link restores. */
   changed(): void;
 }

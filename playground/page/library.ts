@@ -17,6 +17,8 @@ interface Exports extends WebAssembly.Exports {
   playground_question(bytes: number): number;
   playground_samples(count: number): number;
   playground_fit(): number;
+  playground_friction_columns(): number;
+  playground_friction_table(): number;
   playground_curves(): number;
 }
 
@@ -32,6 +34,9 @@ export interface Part {
   prefix: string;
   values: Values;
 }
+
+/** A slot for trying out values, not used by the pages. */
+export const TRIAL = 7;
 
 /** Numbers in the buffer of the module. */
 const BUFFER = 4096;
@@ -101,18 +106,38 @@ export class Library {
    */
   fit(question: string, signals: readonly Float64Array[], progress: (text: string) => void): { text: string; curves: Float64Array } {
     const { exports } = this;
-    const bytes = new TextEncoder().encode(question);
-    const place = exports.playground_question(bytes.length);
-    new Uint8Array(exports.memory.buffer, place).set(bytes);
-    let samples = exports.playground_samples(signals.reduce((count, { length }) => count + length, 0));
-    for (const signal of signals) {
-      new Float64Array(exports.memory.buffer, samples).set(signal);
-      samples += signal.byteLength;
-    }
+    this.ask(question, signals);
     this.page.progress = () => progress(this.text());
     this.demand(exports.playground_fit());
     const text = this.text();
     return { text, curves: new Float64Array(exports.memory.buffer, exports.playground_curves()) };
+  }
+
+  /** The places of the columns of velocity and force of a table with measured friction. Throws a refusal. */
+  frictionColumns(table: string, names: readonly string[]): [number, number] {
+    this.ask([table, ...names].map((text) => `${text}\0`).join(""), []);
+    this.demand(this.exports.playground_friction_columns());
+    return JSON.parse(this.text());
+  }
+
+  /** Parameters of the law Table for velocities in m/s, forces in N and the lines of a table. Throws a refusal. */
+  frictionTable(table: string, velocity: Float64Array, force: Float64Array, lines: Int32Array): Map<string, number> {
+    this.ask(table, [velocity, force, Float64Array.from(lines)]);
+    this.demand(this.exports.playground_friction_table());
+    return new Map(Object.entries(JSON.parse(this.text())));
+  }
+
+  /** Writes a question and its samples. */
+  private ask(question: string, columns: readonly Float64Array[]): void {
+    const { exports } = this;
+    const bytes = new TextEncoder().encode(question);
+    const place = exports.playground_question(bytes.length);
+    new Uint8Array(exports.memory.buffer, place).set(bytes);
+    let samples = exports.playground_samples(columns.reduce((count, { length }) => count + length, 0));
+    for (const column of columns) {
+      new Float64Array(exports.memory.buffer, samples).set(column);
+      samples += column.byteLength;
+    }
   }
 
   /** Writes numbers into the buffer. */

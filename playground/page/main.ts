@@ -5,7 +5,8 @@ import type { Page } from "./context";
 import { byId } from "./dom";
 import { offerFiles } from "./downloads";
 import { embed } from "./embedded";
-import { Library, Refusal } from "./library";
+import { FrictionCurve } from "./friction-curve";
+import { Library, Refusal, TRIAL } from "./library";
 import { Parameters } from "./parameters";
 import { Settings, VIEWS, type View } from "./settings";
 import { tabs } from "./tabs";
@@ -27,14 +28,13 @@ const PAGES: Record<View, new (context: FitContext) => Page> = {
   race: Race,
   fit: Fit,
 };
-/** A slot for trying out values, not used by the pages. */
-const TRIAL = 7;
 
 class Playground implements FitContext {
   readonly settings: Settings;
   readonly study: Study = new Study(this);
   private page: Page | null = null;
   private readonly parameters: Parameters;
+  private readonly curve: FrictionCurve;
   private readonly showTab: (view: View) => void;
   private link = 0;
 
@@ -46,6 +46,8 @@ class Playground implements FitContext {
       () => this.reset(),
     );
     byId("parameters").replaceWith(this.parameters.root);
+    this.curve = new FrictionCurve(this);
+    byId("friction-curve").replaceWith(this.curve.root);
     this.showTab = tabs(byId("tabs"), VIEWS, (view) => {
       // The view before stays in the history, so that Back goes to it.
       this.address("replaceState");
@@ -81,6 +83,14 @@ class Playground implements FitContext {
     this.page?.change(of, name, value, isLive(entry));
     this.parameters.put(of, entry, value);
     if (name === "friction.law") this.lawChanged(of, value);
+    if (name.startsWith("friction.")) this.curve.show();
+    this.changed();
+  }
+
+  changeAll(of: string, values: ReadonlyMap<string, number>): void {
+    this.library.start(TRIAL, of, new Map([...this.settings.values[of], ...values]));
+    for (const [name, value] of values) this.settings.give(of, variable(model(this.library.tables, of), name), value);
+    this.open();
     this.changed();
   }
 
@@ -104,6 +114,7 @@ class Playground implements FitContext {
     byId("page").replaceChildren(this.page.root);
     this.showTab(this.settings.view);
     this.parameters.show(this.page.driven);
+    this.curve.show();
   }
 
   /** Takes over the link in the address, but for values that the library refuses. */

@@ -7,7 +7,7 @@
 
 use std::cell::RefCell;
 
-use crate::{CallError, Session, fit, tables};
+use crate::{CallError, Session, fit, friction_columns, friction_table, tables};
 
 #[cfg(target_arch = "wasm32")]
 #[link(wasm_import_module = "page")]
@@ -128,17 +128,32 @@ pub extern "C" fn playground_fit() -> u32 {
         progress();
     };
     let (question, samples) = (QUESTION.take(), SAMPLES.take());
-    match fit(&String::from_utf8_lossy(&question), &samples, &told) {
-        Ok((answer, curves)) => {
-            SAMPLES.set(curves);
-            TEXT.set(answer.to_string());
-            0
-        }
-        Err(text) => {
-            TEXT.set(text);
-            1
-        }
-    }
+    let fitted = fit(&String::from_utf8_lossy(&question), &samples, &told);
+    tell(fitted.map(|(answer, curves)| {
+        SAMPLES.set(curves);
+        answer
+    }))
+}
+
+/// Makes the columns of measured friction the text, of the table and the names in the question: [`friction_columns`].
+// SAFETY: as for `playground_buffer`.
+#[unsafe(no_mangle)]
+pub extern "C" fn playground_friction_columns() -> u32 {
+    tell(friction_columns(&String::from_utf8_lossy(&QUESTION.take())))
+}
+
+/// Makes the parameters for measured friction the text, of the table in the question and the samples: [`friction_table`].
+// SAFETY: as for `playground_buffer`.
+#[unsafe(no_mangle)]
+pub extern "C" fn playground_friction_table() -> u32 {
+    tell(friction_table(&String::from_utf8_lossy(&QUESTION.take()), &SAMPLES.take()))
+}
+
+/// Makes an answer the text, or a refusal.
+fn tell(answer: Result<serde_json::Value, String>) -> u32 {
+    let is_refused = answer.is_err();
+    TEXT.set(answer.map_or_else(|text| text, |answer| answer.to_string()));
+    u32::from(is_refused)
 }
 
 /// Where the samples are.

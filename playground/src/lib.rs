@@ -6,6 +6,7 @@
 mod error;
 mod exports;
 mod fit;
+mod friction_table;
 mod index;
 mod session;
 mod ssv;
@@ -13,5 +14,6 @@ mod tables;
 
 pub use error::CallError;
 pub use fit::fit;
+pub use friction_table::{friction_columns, friction_table};
 pub use session::{BUFFER, SLOTS, Session};
 pub use tables::tables;

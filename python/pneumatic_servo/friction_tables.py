@@ -9,15 +9,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pneumatic_servo import _native
 from pneumatic_servo.units import factor
 
 Array = NDArray[np.float64]
 
-POINTS = 11
-"""Points that a direction may have."""
-NAMES = {"velocity": ("velocity", "speed", "v"), "force": ("force", "friction", "frictionforce", "friction force", "f")}
 UNITS = {"velocity": "m/s", "force": "N"}
-SIDES = (("outwards", 1.0), ("inwards", -1.0))
 
 
 def friction_table(velocity: Any, force: Any = None) -> dict[str, Any]:
@@ -25,13 +22,15 @@ def friction_table(velocity: Any, force: Any = None) -> dict[str, Any]:
 
     A direction of at most eleven velocities has them as its points. More, as the samples of a recorder, are fitted by a
     line with eleven corners, which are closer where the carriage is slow. The force at the least velocity breaks away.
-    A direction without data takes the points of the other direction.
+    A direction without data takes the points of the other direction. Rows may be in any order. The page in the browser
+    reads the same files by the same rules.
 
     Parameters
     ----------
-    velocity : path, table or array of shape (rows,)
-        Velocities in m/s, positive outwards; or a file, DataFrame or mapping with the columns ``velocity`` and
-        ``force``, whose units may stand behind their names, as in ``velocity [mm/s]``.
+    velocity : path, table or array of shape (rows,) or (rows, 2)
+        Velocities in m/s, positive outwards; or points, a velocity and a force in each row; or a file, DataFrame or
+        mapping with the columns ``velocity`` and ``force``, whose units may stand behind their names, as in
+        ``velocity [mm/s]``. ``v``, ``speed`` and ``friction`` are such names, too.
     force : array of shape (rows,), optional
         Friction forces in N, with the sign of the velocity, or all positive. At velocity 0 the sign is the direction;
         of forces that are all positive the one there counts for both.
@@ -50,68 +49,52 @@ def friction_table(velocity: Any, force: Any = None) -> dict[str, Any]:
     Examples
     --------
     >>> import pneumatic_servo as ps
-    >>> measured = ps.friction_table([-0.2, -0.02, 0.0, 0.05, 0.2], [-14.0, -9.0, 11.0, 8.5, 12.0])
+    >>> measured = ps.friction_table([(-0.2, -14.0), (-0.02, -9.0), (0.0, 11.0), (0.05, 8.5), (0.2, 12.0)])
     >>> measured["friction.table.outwards.force[2]"]
     8.5
+    >>> run = ps.Model().simulate({**measured, "mass.moving": 1.2}, inputs={"valveVoltage": 6.0}, stop=0.1)
     """
+    origin = None
     if force is None:
-        velocity, force = _columns(velocity)
+        velocity, force, origin = _columns(velocity)
     speeds, forces = (_numbers(name, given) for name, given in (("velocity", velocity), ("force", force)))
-    if len(speeds) != len(forces):
-        raise ValueError(f"velocity has {len(speeds)} rows and force {len(forces)}: they must have as many")
-    is_unsigned = bool(np.all(forces >= 0.0) and np.any(speeds < 0.0))
-    if is_unsigned:
-        # At rest such a force counts for both directions.
-        rests = speeds == 0.0
-        forces = np.concatenate([np.where(speeds < 0.0, -forces, forces), -forces[rests]])
-        speeds = np.concatenate([speeds, speeds[rests]])
-    side = np.where(speeds != 0.0, np.sign(speeds), np.where(forces < 0.0, -1.0, 1.0))
-    curves = {name: _curve(name, np.abs(speeds[side == sign]), sign * forces[side == sign]) for name, sign in SIDES}
-    known = next((curve for curve in curves.values() if curve is not None), None)
-    if known is None:
-        raise ValueError("velocity has no rows: a curve of friction needs two velocities")
-    settings: dict[str, Any] = {"friction.law": "Table", "friction.table.sigma2": 0.0}
-    for name, curve in curves.items():
-        own = known if curve is None else curve
-        settings[f"friction.table.{name}.points"] = len(own[0])
-        for place, (speed, level) in enumerate(zip(*own, strict=True), start=1):
-            settings[f"friction.table.{name}.speed[{place}]"] = float(speed)
-            settings[f"friction.table.{name}.force[{place}]"] = float(level)
+    settings: dict[str, Any] = {"friction.law": "Table"}
+    for name, value in _native.friction_table(speeds, forces, origin):
+        settings[name] = int(value) if name.endswith(".points") else value
     return settings
 
 
-def _columns(given: Any) -> tuple[Any, Any]:
-    """Return velocity in m/s and force in N of a file or a table."""
+def _columns(given: Any) -> tuple[Any, Any, tuple[str, NDArray[np.int64]] | None]:
+    """Return velocity in m/s and force in N of a file, a table or points; of a file also its name and lines."""
     if isinstance(given, str | Path):
         from pneumatic_servo.delimited import read_text
 
         table = read_text(Path(given))
-        found = {}
-        for quantity, si in UNITS.items():
-            place = _place(quantity, table.names, str(given))
-            found[quantity] = table.in_si(place, table.units[place] or si, si)
-        return found["velocity"], found["force"]
-    if not isinstance(given, Mapping) and not hasattr(given, "columns"):
+        places = _native.friction_columns(str(given), table.names)
+        found = [
+            table.in_si(place, table.units[place] or si, si) for place, si in zip(places, UNITS.values(), strict=True)
+        ]
+        return found[0], found[1], (str(given), table.lines)
+    if isinstance(given, Mapping) or hasattr(given, "columns"):
+        from pneumatic_servo.columns import names_and_units
+
+        headers = [str(name) for name in (given.columns if hasattr(given, "columns") else given)]
+        names, units = names_and_units(headers)
+        found = []
+        for place, si in zip(_native.friction_columns("the table", names), UNITS.values(), strict=True):
+            times = factor(units[place] or si, si, headers[place])
+            found.append(np.asarray(given[headers[place]], dtype=np.float64) * times)
+        return found[0], found[1], None
+    try:
+        points = np.asarray(given, dtype=np.float64)
+    except (TypeError, ValueError):
+        points = np.empty(0)
+    if points.ndim != 2 or points.shape[1] != 2:
         raise TypeError(
-            f"velocity = {type(given).__name__} without force is refused: it must be a file or a table with both"
+            f"velocity = {type(given).__name__} without force is refused: it must be a file or a table with both, or "
+            "points of velocity and force, of shape (rows, 2)"
         )
-    from pneumatic_servo.columns import names_and_units
-
-    headers = [str(name) for name in (given.columns if hasattr(given, "columns") else given)]
-    names, units = names_and_units(headers)
-    found = {}
-    for quantity, si in UNITS.items():
-        place = _place(quantity, names, "the table")
-        times = factor(units[place] or si, si, headers[place])
-        found[quantity] = np.asarray(given[headers[place]], dtype=np.float64) * times
-    return found["velocity"], found["force"]
-
-
-def _place(quantity: str, names: list[str], where: str) -> int:
-    known = [place for place, name in enumerate(names) if name.strip().lower() in NAMES[quantity]]
-    if len(known) != 1:
-        raise ValueError(f"{where} has the columns {', '.join(names)}: one of them must be {quantity}")
-    return known[0]
+    return points[:, 0], points[:, 1], None
 
 
 def _numbers(name: str, given: Any) -> Array:
@@ -122,31 +105,3 @@ def _numbers(name: str, given: Any) -> Array:
     if values.ndim != 1 or not np.all(np.isfinite(values)):
         raise ValueError(f"{name} is refused: it must be a row of finite numbers in {UNITS[name]}")
     return values
-
-
-def _curve(name: str, speeds: Array, forces: Array) -> tuple[Array, Array] | None:
-    """Return points of rising speed, if there are two."""
-    different = np.unique(speeds)
-    if len(different) == 0:
-        return None
-    if len(different) == 1:
-        raise ValueError(f"the friction {name} has one velocity, {different[0]:g} m/s: a curve needs two")
-    if len(different) <= POINTS:
-        found = np.array([np.mean(forces[speeds == speed]) for speed in different])
-        if np.any(found < 0.0):
-            place = int(np.argmin(found))
-            raise ValueError(
-                f"the friction {name}, {found[place]:g} N at {different[place]:g} m/s, drives: it must have the sign "
-                "of the velocity"
-            )
-        return different, found
-    corners = np.linspace(np.sqrt(different[0]), np.sqrt(different[-1]), POINTS) ** 2
-    corners[0], corners[-1] = different[0], different[-1]
-    hats = np.stack([np.interp(speeds, corners, unit) for unit in np.eye(POINTS)], axis=1)
-    # A corner without data beside it is none.
-    told = np.flatnonzero(np.max(hats, axis=0) > 0.0)
-    hats = np.stack([np.interp(speeds, corners[told], unit) for unit in np.eye(len(told))], axis=1)
-    found = np.linalg.lstsq(hats, forces, rcond=None)[0]
-    if np.any(found < 0.0):
-        raise ValueError(f"the friction {name} scatters so much that its curve falls below 0: average it before")
-    return corners[told], found

@@ -9,6 +9,7 @@ mod abreast;
 mod failure;
 mod fit;
 mod fleet;
+mod friction_table;
 mod gradient;
 mod many;
 mod model;
@@ -49,6 +50,8 @@ fn fill(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<simulation::SavedState>()?;
     module.add_class::<simulation::Simulation>()?;
     module.add_function(wrap_pyfunction!(abreast::transitions, module)?)?;
+    module.add_function(wrap_pyfunction!(friction_table::friction_columns, module)?)?;
+    module.add_function(wrap_pyfunction!(friction_table::friction_table, module)?)?;
     module.add_function(wrap_pyfunction!(gradient::gradient, module)?)?;
     module.add_function(wrap_pyfunction!(gradient::tangent, module)?)?;
     module.add_function(wrap_pyfunction!(many::simulate_many, module)?)?;

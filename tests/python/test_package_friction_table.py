@@ -51,6 +51,20 @@ def test_mapping_and_one_direction() -> None:
     assert_close(steady(settings, -0.1), -9.5, rel=1e-14, what="force of the other direction")
 
 
+def test_points_are_rows_of_velocity_and_force() -> None:
+    points = np.column_stack([VELOCITIES, FORCES])
+    assert ps.friction_table(points) == ps.friction_table(points.tolist()) == ps.friction_table(VELOCITIES, FORCES)
+    with pytest.raises(TypeError, match=r"points of velocity and force, of shape \(rows, 2\)"):
+        ps.friction_table([1.0, 2.0])
+
+
+def test_row_of_a_file_is_named_by_its_line(tmp_path: Path) -> None:
+    file = tmp_path / "friction.csv"
+    file.write_text("# a rig\nv;F\n0,1;9\n0,2;-8,5\n", encoding="utf-8")
+    with pytest.raises(ValueError, match=r"friction\.csv:4: the friction outwards, -8\.5 N at 0\.2 m/s, drives"):
+        ps.friction_table(file)
+
+
 def test_samples_become_eleven_points() -> None:
     """Of a Stribeck curve with noise: the mean error is far below the noise."""
     random = np.random.default_rng(7)
@@ -70,7 +84,9 @@ def test_samples_become_eleven_points() -> None:
         (([0.1, 0.2], [1.0]), "velocity has 2 rows and force 1"),
         (([0.1, float("nan")], [1.0, 2.0]), "velocity is refused: it must be a row of finite numbers in m/s"),
         (([0.1, 0.1], [1.0, 2.0]), "the friction outwards has one velocity, 0.1 m/s"),
+        (([], []), "velocity has no rows: a curve of friction needs two velocities"),
         (({"time": [0.0], "force": [1.0]},), "columns time, force: one of them must be velocity"),
+        (({"v": [0.0], "F": [1.0], "friction": [1.0]},), "2 columns of force, F, friction: it must have one"),
     ],
 )
 def test_what_is_no_curve_is_refused(given: tuple[Any, ...], words: str) -> None:

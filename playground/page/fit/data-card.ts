@@ -1,6 +1,7 @@
 // The card of the table: its origin, and the signals of its columns.
 
 import { element, segments } from "../dom";
+import { fileDrop } from "../file-drop";
 import { short } from "../tables";
 import { writtenUnit } from "./columns";
 import { EXPERIMENTS, SIGNALS, TAKEN, type ExperimentName, type Signal } from "./signals";
@@ -15,38 +16,10 @@ const ABOUT: Record<ExperimentName, string> = {
 
 /** Where a table is dropped or chosen. */
 export function dropZone({ study }: FitContext): HTMLElement {
-  const input = element("input", {
-    type: "file",
-    accept: ".csv,.txt,.tsv,.dat,text/csv,text/plain",
-    "aria-label": "Open a table",
-    onchange: () => {
-      const [file] = input.files ?? [];
-      if (file) study.open(file);
-      input.value = "";
-    },
-  });
   const example = element("button", { type: "button", onclick: () => void study.example() }, "Try the example");
-  const name = study.table ? `${study.table.file}: ${study.table.lines.length} rows of ${study.table.names.length} columns` : null;
-  const zone = element(
-    "div",
-    { class: "drop" },
-    element("p", {}, element("strong", {}, name ?? "Drop a table here (CSV), or choose one. It stays on this machine.")),
-    element("div", { class: "buttons" }, input, example),
-  );
-  for (const kind of ["dragover", "dragenter"] as const) {
-    zone.addEventListener(kind, (event) => {
-      event.preventDefault();
-      zone.classList.add("over");
-    });
-  }
-  zone.addEventListener("dragleave", () => zone.classList.remove("over"));
-  zone.addEventListener("drop", (event) => {
-    event.preventDefault();
-    zone.classList.remove("over");
-    const file = event.dataTransfer?.files[0];
-    if (file) study.open(file);
-  });
-  return zone;
+  const name = study.table && `${study.table.file}: ${study.table.lines.length} rows of ${study.table.names.length} columns`;
+  const text = name ?? "Drop a table here (CSV), or choose one. It stays on this machine.";
+  return fileDrop("Open a table", text, (file) => study.open(file), example);
 }
 
 /** The choice of the experiment. */

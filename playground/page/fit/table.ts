@@ -29,7 +29,7 @@ const SEPARATORS: [string, string][] = [
 ];
 const NUMBER = /^\s*[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?\s*$/;
 const DECIMAL_COMMA = /^\s*[-+]?\d+,\d+(?:[eE][-+]?\d+)?\s*$/;
-const WITH_UNIT = /^(.+?)\s*(?:\[\s*([^[\]]*?)\s*\]|\(\s*([^()]*?)\s*\))$/;
+const WITH_UNIT = /^(.+?)\s*(?:\[\s*([^[\]]*?)\s*\]|\(\s*([^()]*?)\s*\)|(?:\/\s*|\s+in\s+)(\S+|\([^()]*\)))$/;
 /** Rows in which a decimal comma is looked for. */
 const LOOKED_AT = 20;
 /** Characters in which the header is looked for. */
@@ -155,7 +155,7 @@ class Reader {
 
   private nameAndUnit(text: string): [string, string | null] {
     const match = WITH_UNIT.exec(text);
-    const unit = match && this.unit(match[2] ?? match[3]);
+    const unit = match && this.unit(match[2] ?? match[3] ?? match[4]);
     // `friction.gms.alpha[1]` has no unit, but a number.
     return match && unit ? [match[1], unit] : [text, null];
   }

@@ -14,7 +14,12 @@ const AMBIENT = 101_325;
 const FURTHER: Record<string, Record<string, Scale>> = {
   s: { us: { factor: 1e-6, offset: 0 }, min: { factor: 60, offset: 0 } },
   m: { cm: { factor: 1e-2, offset: 0 }, um: { factor: 1e-6, offset: 0 }, in: { factor: 0.0254, offset: 0 } },
-  N: { kN: { factor: 1e3, offset: 0 }, mN: { factor: 1e-3, offset: 0 } },
+  "m/s": { "in/s": { factor: 0.0254, offset: 0 }, "ft/s": { factor: 0.3048, offset: 0 } },
+  N: {
+    kN: { factor: 1e3, offset: 0 },
+    mN: { factor: 1e-3, offset: 0 },
+    lbf: { factor: 0.45359237 * 9.80665, offset: 0 },
+  },
   Pa: {
     hPa: { factor: 1e2, offset: 0 },
     mbar: { factor: 1e2, offset: 0 },
