@@ -246,4 +246,7 @@ fn couplings_and_motions_without_a_meaning_are_refused() {
     running.set("imposedPosition", -0.1);
     let error = running.advance(1e-3).expect_err("no volume").to_string();
     assert!(error.contains("chamberA.pressure"), "{error}");
+    let mut running = imposed("None").set("imposedPosition", 0.9).start().unwrap();
+    let error = running.advance(1e-3).expect_err("no volume").to_string();
+    assert!(error.contains("imposedPosition is so far beyond cylinder.stroke"), "{error}");
 }

@@ -317,6 +317,11 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool, const U: usize> System<
             "chamberA.temperature falls to 0",
             "chamberB.temperature falls to 0",
         ];
+        /// The first two where a multibody tool moves the carriage.
+        const IMPOSED: [&str; 2] = [
+            "imposedPosition is so far below 0 that the volume of chamber A vanishes",
+            "imposedPosition is so far beyond cylinder.stroke that the volume of chamber B vanishes",
+        ];
         let Pair([volume_a, volume_b]) = self.chambers.volume(self.lengths(Real::of(State::Position.get(x))));
         let [volume_a, volume_b] = [volume_a.value, volume_b.value];
         let [pressure_a, pressure_b, temperature_a, temperature_b] =
@@ -325,7 +330,9 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool, const U: usize> System<
             [volume_a, volume_b, pressure_a, pressure_b, temperature_a, temperature_b].map(|value| value > 0.0);
         // All at once, since as a rule all are.
         if !is_above.iter().fold(true, |all, one| all & one) {
-            return Err(REASONS[is_above.iter().position(|one| !one).unwrap_or_default()]);
+            let place = is_above.iter().position(|one| !one).unwrap_or_default();
+            let imposed = IMPOSED.get(place).filter(|_| EXTENDED && self.is_led());
+            return Err(imposed.unwrap_or(&REASONS[place]));
         }
         if EXTENDED && self.lines.are_used() && !self.lines.are_filled(&self.of_lines(&Real::all(x)).map(Real::value)) {
             return Err("the pressure in a hose or in the vessel falls to 0");
