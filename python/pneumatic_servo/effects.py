@@ -35,6 +35,18 @@ def _is_not_zero(*names: str) -> Fact:
     return lambda values: any(float(values.get(name, 1.0)) != 0.0 for name in names)
 
 
+ONE_COMMAND = ("ProportionalValve", "PressureRegulator")
+"""Actuators that valveVoltage commands."""
+
+
+def _has_commands_of_chambers(values: Mapping[str, Value]) -> bool:
+    actuation = values.get("actuation", ONE_COMMAND[0])
+    if actuation == "SwitchingValves":
+        return values.get("switching.command") == "EachValve"
+    # An actuator of one's own gets all commands.
+    return actuation in ("TwoValves", "TwoRegulators")
+
+
 def _need(names: str, counts: Fact, text: str) -> Need:
     return Need(re.compile(names), counts, text)
 
@@ -78,6 +90,22 @@ NEEDS = [
 ]  # fmt: skip
 """Options of the cylinder, as the texts of its variables state them; laws and actuators are in the table itself."""
 
+DRIVEN = [
+    _need(r"imposed(Position|Velocity)", _is("motion", "Imposed"), "motion = Imposed"),
+    _need(r"valveVoltage", lambda values: not _has_commands_of_chambers(values),
+          "one command for both chambers; here it is valveVoltageA and valveVoltageB"),
+    _need(r"valveVoltage[AB]", lambda values: _has_commands_of_chambers(values),
+          "actuation = TwoValves or TwoRegulators, or SwitchingValves with switching.command = EachValve"),
+    _need(r"supply\.(massFlow|consumed|consumedVolume)", lambda values: bool(values.get("consumption.enabled", False)),
+          "consumption.enabled = true"),
+    *(_need(rf"sensor\.end\[{end}\]", _is_not_zero(f"sensor.endDistance[{end}]"), f"sensor.endDistance[{end}] above 0")
+      for end in (1, 2)),
+]  # fmt: skip
+"""The same for inputs, and for outputs, which are 0 without."""
+
+READ = "is 0 throughout", "are 0 throughout"
+IDLE = "has no effect", "have no effect"
+
 ELEMENT = re.compile(r"(.+\.)[A-Za-z0-9]+\[(\d+)\]")
 
 
@@ -95,7 +123,7 @@ def tell_runs(
     if not runs:
         return
     chosen = dict.fromkeys(name for settings in runs for name in settings) if new is None else dict.fromkeys(new)
-    suspects = [name for name in chosen if name in variables and variables[name].role in ("fixed", "tunable")]
+    suspects = [name for name in chosen if name in variables and variables[name].role in ("fixed", "tunable", "input")]
     suspects = [
         name for name in suspects
         if any(name in own and own[name] != variables[name].default for own in runs) and _may_fail(variables[name])
@@ -118,10 +146,40 @@ def tell_runs(
         lost = {reason: kept for reason, names in lost.items() if (kept := [n for n in names if n not in of_sets])}
     if stated:
         _tell_law(variables, {str(own.get(LAW)) for own in every}, stated, where)
+    _tell_lost(lost, where, IDLE)
+
+
+def tell_inputs(
+    variables: Variables, runs: Sequence[Mapping[str, Value]], ranges: Mapping[str, tuple[float, float]]
+) -> None:
+    """Warn of inputs that leave their defaults and have no effect in any run, by their least and largest values."""
+    moved = [n for n, (low, high) in ranges.items() if n in variables and not low == high == variables[n].default]
+    _tell_lost(_lacking(variables, runs, moved), "", IDLE)
+
+
+def tell_outputs(variables: Variables, runs: Sequence[Mapping[str, Value]], outputs: Iterable[str] | None) -> None:
+    """Warn of outputs that are asked for by name and stay 0 in all runs, because an option is off."""
+    asked = [name for name in outputs or () if name in variables and variables[name].role == "output"]
+    _tell_lost(_lacking(variables, runs, asked), "", READ)
+
+
+def _lacking(
+    variables: Variables, runs: Sequence[Mapping[str, Value]], names: Iterable[str]
+) -> dict[str, list[str]]:  # fmt: skip
+    """Return the variables that count in no run, by the condition that the first one lacks."""
+    lost: dict[str, list[str]] = {}
+    for name in names:
+        needs = [reason_for(variables, own, name) for own in runs] if _may_fail(variables[name]) else []
+        if needs and all(needs):
+            lost.setdefault(needs[0], []).append(name)
+    return lost
+
+
+def _tell_lost(lost: Mapping[str, Sequence[str]], where: str, verbs: tuple[str, str]) -> None:
     for reason, names in lost.items():
         shown = ", ".join(names[:MOST]) + (f" and {len(names) - MOST} more" if len(names) > MOST else "")
-        verb, pronoun = ("has", "it counts") if len(names) == 1 else ("have", "they count")
-        warn(f"{where}{shown} {verb} no effect: {pronoun} only with {reason}")
+        verb, pronoun = (verbs[0], "it counts") if len(names) == 1 else (verbs[1], "they count")
+        warn(f"{where}{shown} {verb}: {pronoun} only with {reason}")
 
 
 def _is_of_a_set(name: str, runs: Sequence[Mapping[str, Value]]) -> bool:
@@ -238,7 +296,12 @@ def _tell_law(variables: Variables, laws: Iterable[str], names: Sequence[str], w
 
 def _may_fail(variable: Variable) -> bool:
     """Tell whether a parameter counts under conditions only."""
-    return variable.counts_for is not None or any(need.names.fullmatch(variable.name) for need in NEEDS)
+    return variable.counts_for is not None or _need_of(variable) is not None
+
+
+def _need_of(variable: Variable) -> Need | None:
+    needs = NEEDS if variable.role in ("fixed", "tunable") else DRIVEN
+    return next((need for need in needs if need.names.fullmatch(variable.name)), None)
 
 
 def _options(variables: Variables, settings: Mapping[str, Value]) -> tuple[tuple[str, object], ...]:
@@ -276,7 +339,7 @@ def _missing(variables: Variables, values: Mapping[str, Value], variable: Variab
         if values.get(name) != item:
             present = values.get(name)
             return f"{name} = {item}, and here it is {present}"
-    need = next((need for need in NEEDS if need.names.fullmatch(variable.name)), None)
+    need = _need_of(variable)
     if need is not None and not need.counts(values):
         return need.text
     return _beyond(variables, values, variable)

@@ -182,6 +182,12 @@ def courses(
     return _one_per_run(variable, _numbers(variable, given), number)
 
 
+def extremes_of(driven: Mapping[str, Any]) -> dict[str, tuple[float, float]]:
+    """Return the least and the largest value of inputs, as `courses` returns them; functions of time have none."""
+    columns = {name: one[1] if isinstance(one, tuple) else one for name, one in driven.items() if not callable(one)}
+    return {name: (float(np.min(one)), float(np.max(one))) for name, one in columns.items()}
+
+
 def tell_unusual(variables: Variables, driven: Mapping[str, Any], grid: Grid) -> None:
     """Warn of inputs, as `course` and `courses` return them, that end early or begin late, or saturate."""
     for name, given in driven.items():

@@ -22,6 +22,7 @@ from pneumatic_servo.inputs import (
     Values,
     course,
     courses,
+    extremes_of,
     inputs_of,
     settings_of_runs,
     shape,
@@ -231,7 +232,9 @@ class Model(ModelDescription):
                 raise ValueError("sensitivities need given inputs; a run with a controller has none")
             loop = Loop(self, controller, grid, period, delay)
             with _shown(progress, f"{self.name}", grid.count, " steps") as tell:
-                return self._closed(loop, settings, inputs, outputs, tell)
+                run = self._closed(loop, settings, inputs, outputs, tell)
+            effects.tell_outputs(self.variables, [settings], outputs)
+            return run
         if period is not None or delay != 0.0:
             raise ValueError("period and delay are for a controller, and none is given")
         driven = [(name, course(self.inputs, name, given)) for name, given in inputs.items()]
@@ -255,6 +258,8 @@ class Model(ModelDescription):
         self._tell_saturated(settings)
         effects.tell(self.variables, given)
         effects.tell_by(self.variables, given, by)
+        effects.tell_inputs(self.variables, [settings], dict(zip(inputs, extremes, strict=True)))
+        effects.tell_outputs(self.variables, [settings], outputs)
         for name, (low, high) in zip(inputs, extremes, strict=True):
             plant_warnings.warn_saturation(self.inputs[name], low, high)
         largest = {name: max(ends, key=abs) for name, ends in zip(inputs, extremes, strict=True)}
@@ -294,6 +299,8 @@ class Model(ModelDescription):
         followers = defaults.followers(self.variables, settings, fitted)
         replay = None if self._is_fmu else Replay(self._native, fitted, held, grid, list(self.inputs), followers)
         run = Run(times, found, recorded, fitted, None, replay)
+        moved = {name: (float(one.min()), float(one.max())) for name, one in history.items() if len(one)}
+        effects.tell_inputs(self.variables, [fitted], moved)
         for name, one in history.items():
             if len(one):
                 plant_warnings.warn_saturation(self.inputs[name], float(one.min()), float(one.max()))
@@ -400,7 +407,9 @@ class Model(ModelDescription):
             loop = Loop(self, controller, grid, period, delay)
             if executor is not None or workers is not None:
                 raise ValueError("workers and executor are for runs without a controller")
-            return self._many_closed(loop, given, inputs, outputs, progress, resume, keep_failures=keep_failures)
+            made = self._many_closed(loop, given, inputs, outputs, progress, resume, keep_failures=keep_failures)
+            effects.tell_outputs(self.variables, given, outputs)
+            return made
         if period is not None or delay != 0.0:
             raise ValueError("period and delay are for a controller, and none is given")
         runs = self._all_fitted(shared, runs)
@@ -420,6 +429,8 @@ class Model(ModelDescription):
             plant_warnings.warn_notices(self.variables, [(name, value, remark)], own, f"run {run} of {len(runs)}: ")
         tell_unusual(self.inputs, driven, grid)
         effects.tell_runs(self.variables, given)
+        effects.tell_inputs(self.variables, given, extremes_of(driven))
+        effects.tell_outputs(self.variables, given, outputs)
         plant_warnings.warn_size(self.variables, [{**shared, **own} for own in runs])
         return found
 

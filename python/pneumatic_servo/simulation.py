@@ -179,7 +179,9 @@ class Simulation:
 
     def _tell(self, new: Mapping[str, Value]) -> None:
         self._model._tell_saturated(new)
-        fresh = [name for name in new if name not in self._told and name not in self._model.inputs]
+        inputs = self._model.inputs
+        # An input has said nothing yet as long as it stays at its default.
+        fresh = [n for n in new if n not in self._told and (n not in inputs or new[n] != inputs[n].default)]
         if fresh:
             self._told.update(fresh)
             effects.tell(self._model.variables, {**self._settings, **new}, fresh)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import warnings
 from collections.abc import Mapping
 from typing import Any
@@ -115,7 +116,7 @@ COUNTING: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
 def test_option_that_is_named_is_the_one_that_makes_it_count(name: str) -> None:
     """Texts of effects agree with the plant: bits change with the option, and with it alone."""
     value, option = COUNTING[name]
-    shown = ["chamberA.pressure", "rodForce", "sensor.end[1]"]
+    shown = ["chamberA.pressure", "rodForce", *(["sensor.end[1]"] if name.startswith("sensor.") else [])]
     moving = {"inputs": {"valveVoltage": 9.0}, "stop": 0.3, "step": 1e-3, "outputs": shown}
     with warnings.catch_warnings():
         warnings.simplefilter("error", ps.PlantWarning)
@@ -221,3 +222,61 @@ def test_bristle_with_other_damping_is_told_that_it_decays() -> None:
         warnings.simplefilter("error", ps.PlantWarning)
         for stated in (0.01, 0.0):
             ps.Model().start({**bristle, "friction.lugre.vd": stated})
+
+
+DRIVES: dict[str, tuple[Mapping[str, Any], Mapping[str, Any], str]] = {
+    "motion that is free": (
+        {},
+        {"imposedPosition": (np.array([0.0, 0.01]), np.array([0.25, 0.3]))},
+        "motion = Imposed",
+    ),
+    "command of a chamber": ({}, {"valveVoltageA": 8.0}, "actuation = TwoValves or TwoRegulators, or SwitchingValves"),
+    "one command for two valves": ({"actuation": "TwoValves"}, {"valveVoltage": 8.0}, "it is valveVoltageA and"),
+    "one command for two coils": (
+        {"actuation": "SwitchingValves", "switching.command": "EachValve"},
+        {"valveVoltage": 8.0},
+        "here it is valveVoltageA and valveVoltageB",
+    ),
+}
+
+
+@pytest.mark.parametrize("case", DRIVES)
+def test_input_without_effect_is_told(case: str) -> None:
+    settings, inputs, told = DRIVES[case]
+    model = ps.Model()
+    expected = model.simulate(settings, **SHORT)["position"]
+    with pytest.warns(ps.PlantWarning, match="no effect") as warned:
+        changed = model.simulate(settings, inputs=inputs, **SHORT)
+    assert any(f"{next(iter(inputs))} has no effect: it counts only with " in str(one.message) for one in warned)
+    assert any(told in str(one.message) for one in warned) and np.array_equal(changed["position"], expected)
+    with pytest.warns(ps.PlantWarning, match="no effect"):
+        model.simulate_many([settings, settings], inputs=inputs, **QUIET)
+    if not isinstance(value := next(iter(inputs.values())), tuple):
+        plant = model.start(settings)
+        with pytest.warns(ps.PlantWarning, match="no effect"):
+            plant[next(iter(inputs))] = value
+        with pytest.warns(ps.PlantWarning, match="no effect"):
+            model.simulate({**settings, **inputs}, **SHORT)
+
+
+@pytest.mark.parametrize(
+    ("output", "on"),
+    [
+        ("supply.consumed", {"consumption.enabled": True}),
+        ("sensor.end[2]", {"sensor.endDistance[2]": 0.26}),
+    ],
+)
+def test_output_of_an_option_that_is_off_is_told(output: str, on: Mapping[str, Any]) -> None:
+    given: dict[str, Any] = {"inputs": {"valveVoltage": 8.0}, "outputs": [output], "stop": 0.05, "step": 1e-3}
+    with pytest.warns(ps.PlantWarning, match=re.escape(f"{output} is 0 throughout: it counts only with ")):
+        assert not ps.Model().simulate(**given)[output].any()
+    assert ps.Model().simulate(on, **given)[output].any()
+
+
+def test_inputs_and_outputs_that_count_are_not_told() -> None:
+    two = {"actuation": "TwoValves"}
+    model = ps.Model()
+    model.simulate(two, inputs={"valveVoltageA": 8.0, "valveVoltageB": 3.0, "valveVoltage": 5.0}, **SHORT)
+    model.simulate_many([two, {}], inputs={"valveVoltage": 8.0}, **QUIET)
+    plant = model.start({"motion": "Imposed"})
+    plant["imposedVelocity"] = 0.1
