@@ -16,8 +16,8 @@ from typing import Any
 
 from pneumatic_servo.effects import LAW
 from pneumatic_servo.model_description import ModelDescription
-from pneumatic_servo.units import REFERENCE_DENSITY
-from pneumatic_servo.values import is_number
+from pneumatic_servo.units import REFERENCE_DENSITY, has_unit
+from pneumatic_servo.values import is_number, number_in
 from pneumatic_servo.variables import Variable, Variables
 
 AMBIENT = 101_325.0
@@ -47,7 +47,10 @@ class Entry:
 
 @dataclass(frozen=True, kw_only=True)
 class DataSheet:
-    """Data of a cylinder, its valve, its hoses and its load, in the units of data sheets.
+    """Data of a cylinder, its valve, its hoses and its load, in the units of data sheets or with their own.
+
+    A number has the unit below, a text its own: ``bore="1.25 in"``, ``qn="25 SCFM"``, ``supply="87 psig"``. Pressures
+    are above ambient: ``barg``, ``kPag`` or ``psig``.
 
     Every run takes it in place of parameters. Friction is stated for all laws that have static or Coulomb friction;
     `kept` is what no data sheet states, and stays as on the small rig.
@@ -128,11 +131,11 @@ class DataSheet:
         Parameters
         ----------
         displacement : float
-            Volume in cm3 that a chamber takes per rad.
+            Volume in cm3 that a chamber takes per rad, or with a unit of volume.
         angle : float
-            Angle of rotation in degrees.
+            Angle of rotation in degrees, or with a unit.
         inertia : float
-            Moment of inertia in kg.m2 of all that turns.
+            Moment of inertia in kg.m2 of all that turns, or with a unit.
         **others
             The rest of the sheet. ``clearance`` is an angle in mrad that stands for the dead volume, by default 5 % of
             the whole.
@@ -145,6 +148,8 @@ class DataSheet:
         3.1416
         """
         given = {"displacement": displacement, "angle": angle, "inertia": inertia}
+        given = {name: _in_own_unit(name, value) for name, value in given.items()}
+        displacement, angle, inertia = given.values()
         for name, value in given.items():
             if not (is_number(value) and math.isfinite(value) and value > 0.0):
                 raise ValueError(f"{name} = {value!r} is refused: it must be a positive number in {ROTARY[name]}")
@@ -158,6 +163,13 @@ class DataSheet:
         return cls(**{"clearance": 0.05 * stroke, **others}, bore=bore, stroke=stroke, mass=inertia, rotates=True)
 
     def __post_init__(self) -> None:
+        for name in UNITS:
+            object.__setattr__(self, name, _in_own_unit(name, getattr(self, name)))
+        for name, parts in PAIRS.items():
+            value = getattr(self, name)
+            if isinstance(value, tuple | list) and len(value) == 2:
+                pair = tuple(_in_own_unit(part, one, name) for part, one in zip(parts, value, strict=True))
+                object.__setattr__(self, name, pair)
         self._check_numbers()
         given = [name for name in FLOWS if getattr(self, name) is not None]
         if len(given) != 1:
@@ -386,11 +398,38 @@ def _hose(given: tuple[float, float] | str) -> tuple[float, float]:
     """Return inner diameter and length in mm."""
     try:
         diameter, length = given.lower().split("x") if isinstance(given, str) else given
+        diameter, length = (_in_own_unit("bore", part, "hose") for part in (diameter, length))
         return float(diameter), float(length)
     except (TypeError, ValueError):
         raise ValueError(
             f"hose = {given!r} is refused: it must be inner diameter and length in mm, (4, 1500) or '4x1500'"
         ) from None
+
+
+def _in_own_unit(name: str, given: Any, where: str = "") -> Any:
+    """Return a number in the unit of data sheets, of one that has a unit; all else as it is."""
+    if not has_unit(given) or name not in IN_SI:
+        return given
+    si, factor = IN_SI[name]
+    if si == "Pa":
+        _refuse_absolute(where or name, given)
+        return factor * (number_in(si, where or name, given) - AMBIENT)
+    if si == "kg/s" and isinstance(given, str) and given.replace(" ", "").endswith("l/min"):
+        given = f"{given}(ANR)"
+    return factor * number_in(si, where or name, given)
+
+
+def _refuse_absolute(name: str, given: Any) -> None:
+    """Refuse a pressure in a unit that counts from vacuum: sheets state pressures above ambient."""
+    parts = (
+        given.split() if isinstance(given, str) else [str(part) for part in given] if isinstance(given, tuple) else []
+    )
+    unit = "".join(parts[1:]) or (parts[0].lstrip("+-.0123456789") if parts else "")
+    if unit in ("bar", "kPa", "psi"):
+        raise ValueError(
+            f"{name} = {given!r} is refused: a pressure of a sheet is above ambient, and {unit} is absolute; write "
+            f"{unit}g, or give the model supplyPressure"
+        )
 
 
 def _pair(name: str, given: object, what: str) -> tuple[float, float]:
@@ -408,6 +447,18 @@ UNITS = {
     "clearance": "mm", "min_pressure": "bar above ambient", "supply": "bar above ambient", "response": "ms",
 }  # fmt: skip
 """Units of the numbers."""
+
+IN_SI = {
+    **dict.fromkeys(("bore", "stroke", "rod", "rod_a", "clearance"), ("m", 1e3)),
+    "mass": ("kg", 1.0), "conductance": ("m3/(s.Pa)", 1e8), "area": ("m2", 1e6), "hysteresis": ("1", 1e2),
+    "critical_ratio": ("1", 1.0), "response": ("s", 1e3), "force": ("N", 1.0), "qn": ("kg/s", 6e4 / REFERENCE_DENSITY),
+    **dict.fromkeys(("min_pressure", "supply"), ("Pa", 1e-5)),
+    "displacement": ("m3", 1e6), "angle": ("rad", 180.0 / math.pi), "inertia": ("kg.m2", 1.0),
+}  # fmt: skip
+"""The SI unit of numbers that may have a unit, and the factor from it to the unit of sheets."""
+
+PAIRS = {"hose": ("bore", "stroke"), "spring": ("force", "force"), "leak": ("qn", "supply")}
+"""Meanings of the two numbers of a pair."""
 
 ROTARY = {"displacement": "cm3 per rad", "angle": "degrees", "inertia": "kg.m2"}
 """Units of the data of a rotary drive."""

@@ -202,8 +202,12 @@ def test_sheet_serves_as_parameters() -> None:
     ({"hose": (0.004, 2)}, "did you mean 4x2000"),
     ({"hose": "4"}, "inner diameter and length in mm"),
     ({"hose": 4}, "inner diameter and length in mm"),
-    ({"bore": "32 mm"}, "bore = '32 mm' is refused: it must be a number in mm"),
-    ({"supply": "6 bar"}, "supply = '6 bar' is refused: it must be a number in bar above ambient"),
+    ({"bore": "32"}, "bore = '32' is refused: it must be a number in mm"),
+    ({"bore": "32 kg"}, "bore: the unit kg is refused; it must be one of m, cm, mm"),
+    ({"supply": "6 bar"}, "supply = '6 bar' is refused: a pressure of a sheet is above ambient, and bar is absolute; "
+                          "write barg"),
+    ({"leak": (0.2, (87, "psi"))}, "leak = .* is refused: .* psi is absolute; write psig"),
+    ({"spring": ("20 N", "60 mm")}, "spring: the unit mm is refused; it must be one of N"),
     ({"mass": [5]}, "mass = .* must be a number in kg"),
     ({"qn": None, "conductance": 1.5e-8}, r"did you give it in m3/\(s.Pa\)"),
 ])  # fmt: skip
@@ -242,3 +246,28 @@ def test_area_has_the_ratio_of_a_nozzle_and_hysteresis_its_half_width() -> None:
     assert_close(found["valve.b"], 0.5283, rel=1e-4, what="b")
     assert_close(found["valve.hysteresis"], 0.008, rel=1e-14, what="half of the width")
     assert DataSheet(**CYLINDER, area=5.0, critical_ratio=0.4).settings["valve.b"] == 0.4
+
+
+def test_numbers_may_have_units_of_their_own() -> None:
+    metric = DataSheet(
+        bore=31.75, rod=12.7, stroke=203.2, mass=2.26796185, qn=28.7083778481, supply=6, response=5, hysteresis=0.5,
+        hose=(4, 1500), spring=(20, 60), leak=(0.2, 6), clearance=5,
+    )  # fmt: skip
+    imperial = DataSheet(
+        bore="1.25 in", rod=(0.5, "in"), stroke="8 in", mass="5 lb", qn="1 SCFM", supply="87.02264263 psig",
+        response="5 ms", hysteresis="0.5 %", hose=("4 mm", "1.5 m"), spring=("20 N", "0.06 kN"),
+        leak=("0.2 l/min", "6 barg"), clearance="0.5 cm",
+    )  # type: ignore[arg-type]  # fmt: skip
+    for name, value in metric.settings.items():
+        assert_close(imperial.settings[name], value, rel=1e-9, what=name)
+    drive = DataSheet.rotary("20 cm3", "3.14159265359 rad", "200 kg.cm2", qn=200)  # type: ignore[arg-type]
+    for name, value in DataSheet.rotary(20, 180, 0.02, qn=200).settings.items():
+        # Without a rod.
+        if value != 0.0:
+            assert_close(drive.settings[name], value, rel=1e-9, what=name)
+
+
+def test_command_takes_units(tmp_path: Path) -> None:
+    given = ["--bore", "1.25 in", "--stroke", "8 in", "--mass", "5 lb", "--qn", "25 SCFM", "--supply", "87 psig"]
+    done = subprocess.run([*COMMAND, "configure", *given], cwd=tmp_path, capture_output=True, text=True, check=True)
+    assert "cylinder.bore = 0.03175 m" in done.stdout and "mass.moving = 2.26796 kg" in done.stdout
