@@ -53,7 +53,22 @@ def inputs_of(argument: str, variables: Variables, given: object) -> dict[str, I
         return of_table(variables, read_table(given))[0]
     if hasattr(given, "columns") and hasattr(given, "iloc"):
         return of_table(variables, of_frame(given, Path("the DataFrame")))[0]
-    return mapping(argument, given)  # type: ignore[arg-type]
+    named: dict[str, Input] = mapping(argument, given)  # type: ignore[arg-type]
+    for name in named:
+        _refuse_parameter(argument, variables, name)
+    return named
+
+
+def _refuse_parameter(argument: str, variables: Variables, name: str) -> None:
+    """Refuse a parameter in the place of an input, and say where it belongs."""
+    role = variables[name].role if isinstance(name, str) and name in variables else ""
+    if role == "tunable":
+        raise ValueError(
+            f"{argument}: {name} is a parameter, not an input: give it among the parameters; to change it in a run, "
+            f"set it between steps: plant = model.start(...), plant[{name!r}] = ..."
+        )
+    if role == "fixed":
+        raise ValueError(f"{argument}: {name} is a parameter, not an input: give it among the parameters")
 
 
 def replayed(variables: Variables, run: Run) -> dict[str, Input]:

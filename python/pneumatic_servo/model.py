@@ -153,8 +153,9 @@ class Model(ModelDescription):
         ----------
         parameters : mapping or path, optional
             Parameters and start values of inputs that stay the same: numbers in SI units, or with their unit as
-            ``"6 bar"``, ``(6, "bar")`` or a quantity of pint; or the name of an SSV file. What nobody gave has its
-            default, which a warning names where it had to give way to what was given.
+            ``"6 bar"``, ``(6, "bar")`` or a quantity of pint; or the name of an SSV file. A measured friction curve
+            becomes such a mapping by `friction_table`, a maker's data by `DataSheet`. What nobody gave has its default,
+            which a warning names where it had to give way to what was given.
         inputs : mapping, path, DataFrame or Run, optional
             Inputs over time: constants, points ``(t, u)`` or ``(t, u, "bar")`` with t in s, arrays with the columns t
             and u, pandas Series over time, or functions of time. Points are joined by straight lines;

@@ -309,3 +309,20 @@ def test_method_of_a_model_that_is_asked_of_the_package_is_named() -> None:
         ps.simulate_many  # noqa: B018
     with pytest.raises(AttributeError, match=r"no attribute '_grid'$"):
         ps._grid  # noqa: B018
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        (
+            "chamberA.leakage",
+            r"inputs: chamberA.leakage is a parameter, not an input: .* plant\['chamberA.leakage'\] =",
+        ),
+        ("cylinder.bore", "inputs: cylinder.bore is a parameter, not an input: give it among the parameters$"),
+    ],
+)
+def test_parameter_among_the_inputs_is_told_where_it_belongs(name: str, words: str) -> None:
+    with pytest.raises(ValueError, match=words):
+        ps.Model().simulate(inputs={name: ([0.0, 0.1], [0.01, 0.02])}, stop=0.1)
+    with pytest.raises(ValueError, match=words):
+        ps.Model().simulate_many([{}, {}], inputs={name: 0.01}, stop=0.1)
