@@ -20,11 +20,15 @@ test("a table is read as it is written: separators, decimal commas, comments, un
     "//\n  t   x[mm] \n 0  1\n 0.5  2.5\n",
     '"t","x[mm]"\n"0","1"\n"0.5","2.5"\n',
     "t,x[mm]\r0,1\r0.5,2.5\r",
+    "Recorder 7;serial 12\nStarted;27.11.2026\nt;x / mm;\n0;1;\n0,5;2,5;\n",
+    "Recorder 7, rig 2\nt,x\ns,mm\n0,1\n0.5,2.5\n",
   ];
   for (const text of same) {
     const { names, units, columns } = await read(text);
     assert.deepEqual([names, units[1], columns], [["t", "x"], "mm", [[0, 0.5], [1, 2.5]]], JSON.stringify(text));
   }
+  const { lines, first } = await read("Recorder\n\n1 channel\nt,x in mm\n0,1\n0.5,2.5\n");
+  assert.deepEqual([first, lines], [4, [5, 6]]);
   const { names, units } = await read("t,friction.gms.alpha[1],T [degC]\n0,1,2\n");
   assert.deepEqual([names, units], [["t", "friction.gms.alpha[1]", "T [degC]"], [null, null, null]]);
 });

@@ -13,7 +13,7 @@ const CYLINDER = "PneumaticServoCylinder";
 const FILE = "friction.csv";
 
 /** Both directions, in any order, with decimal commas and units of their own. */
-const FEW = "Geschwindigkeit [mm/s];Reibung (N)\n200;14,5\n20;9\n0;11\n100;10,25\n-10;-12\n-50;-9,5\n-250;-16\n";
+const FEW = "Recorder 7;serial 12\nGeschwindigkeit [mm/s];Reibung (N)\n200;14,5\n20;9\n0;11\n100;10,25\n-10;-12\n-50;-9,5\n-250;-16\n";
 
 /** Samples of a recorder, which become eleven points. */
 function many() {

@@ -13,6 +13,9 @@ declare module "papaparse" {
     complete(): void;
     error?(problem: Error): void;
   }
-  const Papa: { parse(text: string | Blob, settings: Settings): void };
+  const Papa: {
+    parse(text: string | Blob, settings: Settings): void;
+    parse(text: string, settings: { delimiter: string }): { data: string[][] };
+  };
   export default Papa;
 }

@@ -1,5 +1,6 @@
 // Tables from other programs, read by the rules of the Python package: commas, semicolons, tabs or blanks; decimal
-// commas where no comma separates; lines that are empty or begin with #, % or //; units behind the names or below them.
+// commas where no comma separates; lines that are empty or begin with #, % or //; lines of a recorder above the names;
+// separators behind the last value; units behind the names or below them.
 
 import Papa from "papaparse";
 
@@ -32,6 +33,8 @@ const DECIMAL_COMMA = /^\s*[-+]?\d+,\d+(?:[eE][-+]?\d+)?\s*$/;
 const WITH_UNIT = /^(.+?)\s*(?:\[\s*([^[\]]*?)\s*\]|\(\s*([^()]*?)\s*\)|(?:\/\s*|\s+in\s+)(\S+|\([^()]*\)))$/;
 /** Rows in which a decimal comma is looked for. */
 const LOOKED_AT = 20;
+/** Lines in which the names are looked for, at most. */
+const MOST_ABOVE = 200;
 /** Characters in which the header is looked for. */
 const HEAD = 1 << 16;
 
@@ -45,9 +48,8 @@ export async function readTable(
   const head = typeof source === "string" ? source.slice(0, HEAD) : await source.slice(0, HEAD).text();
   const size = typeof source === "string" ? source.length : source.size;
   const newline = head.includes("\n") || !head.includes("\r") ? "\n" : "\r";
-  const header = head.replace(/^\uFEFF/, "").split(newline).find(counts) ?? "";
-  const separator = SEPARATORS.find(([each]) => header.trim().includes(each))?.[0] ?? ",";
-  const reader = new Reader(file, separator, isUnit);
+  const [above, separator] = header(head.replace(/^\uFEFF/, "").split(newline).filter(counts).slice(0, MOST_ABOVE), isUnit);
+  const reader = new Reader(file, separator, above, isUnit);
   await new Promise<void>((resolve, reject) => {
     Papa.parse(source, {
       delimiter: separator,
@@ -75,6 +77,44 @@ const counts = (line: string): boolean => {
   return text !== "" && !COMMENTS.some((mark) => text.startsWith(mark));
 };
 
+const bare = (cell: string): string => cell.trim().replace(/^[[\]()]+|[[\]()]+$/g, "");
+
+/** Whether cells hold units: at least one, and nothing that is neither a unit nor empty. */
+const holdUnits = (cells: string[], isUnit: (text: string) => boolean): boolean =>
+  cells.some((cell) => isUnit(bare(cell))) && cells.every((cell) => isUnit(bare(cell)) || ["", "-", "1"].includes(bare(cell)));
+
+/** Takes away empty cells at the end, but for a number of cells. */
+function trimmed(cells: string[], least = 1): string[] {
+  let count = cells.length;
+  while (count > least && cells[count - 1].trim() === "") count -= 1;
+  return cells.slice(0, count);
+}
+
+/**
+ * How many lines stand above the one with the names, and the separator. It is the first one, unless others stand above rows of
+ * numbers: then the last of as many cells as these have, of which none is a number.
+ */
+function header(lines: string[], isUnit: (text: string) => boolean): [number, string] {
+  const usual = SEPARATORS.find(([each]) => lines[0]?.trim().includes(each))?.[0] ?? ",";
+  const cellsOf = (line: string, separator: string) =>
+    trimmed(separator === " " ? line.trim().split(/\s+/) : (Papa.parse(line, { delimiter: separator }).data[0] ?? []));
+  const isNumber = (cell: string) => NUMBER.test(cell) || DECIMAL_COMMA.test(cell);
+  for (const [at, line] of lines.entries()) {
+    for (const [separator] of SEPARATORS) {
+      if (separator !== "," && !line.trim().includes(separator)) continue;
+      const [own, below] = [line, lines[at + 1] ?? line].map((each) => cellsOf(each, separator));
+      const areRows = [own, below].every((cells) => 2 * cells.filter(isNumber).length > cells.length);
+      if (!areRows || own.length !== below.length) continue;
+      for (let above = at - 1; above >= 0; above -= 1) {
+        const cells = cellsOf(lines[above], separator);
+        if (cells.length === own.length && !cells.some(isNumber) && !holdUnits(cells, isUnit)) return [above, separator];
+      }
+      return [0, usual];
+    }
+  }
+  return [0, usual];
+}
+
 /** Takes rows of cells, one for each line. */
 class Reader {
   /** The line of the last row. */
@@ -94,6 +134,8 @@ class Reader {
   constructor(
     private readonly file: string,
     private readonly separator: string,
+    /** Lines above the header that are still to come. */
+    private above: number,
     private readonly isUnit: (text: string) => boolean,
   ) {}
 
@@ -102,7 +144,7 @@ class Reader {
       this.last += 1;
       this.line = this.last;
       if (this.line === 1) cells[0] = cells[0].replace(/^\uFEFF/, "");
-      if (counts(cells.join(this.separator))) this.row(cells);
+      if (counts(cells.join(this.separator)) && (this.above -= 1) < 0) this.row(cells);
       // A line break within quotes is one, too.
       for (const cell of cells) if (cell.includes("\n")) this.last += cell.split("\n").length - 1;
     }
@@ -123,11 +165,12 @@ class Reader {
   }
 
   private row(given: string[]): void {
-    const cells = this.separator === " " ? given.flatMap((cell) => cell.split(/\s+/)).filter((cell) => cell !== "") : given;
-    if (!this.names) return this.header(cells);
+    const split = this.separator === " " ? given.flatMap((cell) => cell.split(/\s+/)).filter((cell) => cell !== "") : given;
+    const cells = this.names ? trimmed(split, this.names.length) : split;
+    if (!this.names) return this.header(trimmed(cells));
     if (!this.isBelowHeader) {
       this.isBelowHeader = true;
-      if (this.holdsUnits(cells)) {
+      if (cells.length === this.names.length && holdUnits(cells, this.isUnit)) {
         this.units = this.units.map((own, place) => own ?? this.unit(cells[place]));
         return;
       }
@@ -161,15 +204,7 @@ class Reader {
   }
 
   private unit(text: string): string | null {
-    const bare = text.trim().replace(/^[[\]()]+|[[\]()]+$/g, "");
-    return this.isUnit(bare) ? bare : null;
-  }
-
-  /** Whether a row holds units: at least one, and nothing that is neither a unit nor empty. */
-  private holdsUnits(cells: string[]): boolean {
-    if (cells.length !== this.names?.length) return false;
-    const isNone = (cell: string) => ["", "-", "1"].includes(cell.trim().replace(/^[[\]()]+|[[\]()]+$/g, ""));
-    return cells.some((cell) => this.unit(cell)) && cells.every((cell) => this.unit(cell) || isNone(cell));
+    return this.isUnit(bare(text)) ? bare(text) : null;
   }
 
   private numbers(line: number, cells: string[]): void {
