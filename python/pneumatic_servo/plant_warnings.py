@@ -13,8 +13,10 @@ from pneumatic_servo.grid import Grid
 from pneumatic_servo.units import to_si
 from pneumatic_servo.variables import Variable, Variables
 
-SATURATES: dict[str, tuple[float, float]] = {"valveVoltage": (0.0, 10.0)}
-"""Inputs that do no more beyond these values, as their texts say."""
+SATURATES: dict[str, tuple[float, float]] = dict.fromkeys(
+    ("valveVoltage", "valveVoltageA", "valveVoltageB"), (0.0, 10.0)
+)
+"""Inputs that do no more beyond these values, as the text of the first says."""
 HARDLY = 1.0
 """Acceleration in m/s2, by the push of `PUSH` on the piston, below which a machine hardly moves."""
 PUSH = 1e6

@@ -279,9 +279,17 @@ def test_ends_of_samples_and_steps_are_not_unusual(plant: ps.Model) -> None:
     plant.simulate(inputs={"valveVoltage": (times[::10], 5 + times[::10])}, **SHORT)
 
 
-def test_texts_of_the_inputs_say_where_they_saturate(plant: ps.Model) -> None:
-    for name, (low, high) in SATURATES.items():
-        assert f"saturates at {low:g} and {high:g} {plant.inputs[name].unit}" in plant.inputs[name].text
+def test_text_of_the_voltage_says_where_it_saturates(plant: ps.Model) -> None:
+    low, high = SATURATES["valveVoltage"]
+    assert f"saturates at {low:g} and {high:g} V" in plant.inputs["valveVoltage"].text
+
+
+@pytest.mark.parametrize("actuation", ["TwoValves", "TwoRegulators"])
+def test_commands_of_chambers_saturate_as_well(plant: ps.Model, actuation: str) -> None:
+    with pytest.warns(ps.PlantWarning, match="valveVoltageA = 11 V: it saturates at 0 and 10 V"):
+        beyond = plant.simulate({"actuation": actuation}, inputs={"valveVoltageA": 11.0}, **SHORT)
+    full = plant.simulate({"actuation": actuation}, inputs={"valveVoltageA": 10.0}, **SHORT)
+    assert np.array_equal(beyond["chamberA.pressure"], full["chamberA.pressure"])
 
 
 @pytest.mark.parametrize(
