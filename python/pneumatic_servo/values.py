@@ -119,7 +119,7 @@ def _meant(variable: Variable, value: float) -> str:
     return ""
 
 
-LIKELY = {"mm", "bar", "kPa", "ms", "degC", "deg", "cm3", "g", "dm3/(s.bar)", "mm/s"}
+LIKELY = {"mm", "bar", "kPa", "ms", "degC", "deg", "cm3", "g", "dm3/(s.bar)", "mm/s", "1/bar", "um/N"}
 """Units that people confuse with the model's."""
 
 

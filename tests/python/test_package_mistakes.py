@@ -74,6 +74,11 @@ REFUSED: dict[str, tuple[Callable[[], object], str]] = {
         having(position0=250),
         "position0 = 250 m is refused: it must be 0 to 10 m; did you mean 250 mm, which is 0.25 m?",
     ),
+    "dependence in 1/bar": (
+        having(friction__kappaA=0.2),
+        "friction.kappaA = 0.2 1/Pa is refused: it must be -0.001 to 0.001 1/Pa; did you mean 0.2 1/bar, which is "
+        "2e-06 1/Pa?",
+    ),
     "rod thicker than the bore": (
         having(cylinder__rod=0.02),
         "cylinder.rod = 0.02 m is refused: it must be smaller than cylinder.bore = 0.016",
