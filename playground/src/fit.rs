@@ -89,7 +89,7 @@ fn read(question: &Value, samples: &[f64]) -> Option<Question> {
         signals: names.into_iter().zip(samples.chunks_exact(length).map(<[f64]>::to_vec)).collect(),
         known: known.collect::<Option<Values>>()?,
         estimated: texts(&question["free"])?,
-        validation: question["holdOut"].as_f64()?,
+        validation: question["validation"].as_f64()?,
         starts: usize::try_from(question["starts"].as_u64()?).ok()?,
         options: Options {
             rated: options["rated"].as_f64()?,
@@ -127,9 +127,9 @@ fn written(answer: &Answer) -> Value {
         "message": message,
         "estimates": answer.estimates.iter().map(estimate).collect::<Vec<_>>(),
         "rms": by_signal(&answer.rms),
-        "holdOutRms": by_signal(&answer.validation_rms),
+        "validationRms": by_signal(&answer.validation_rms),
         "notes": notes,
-        "heldFrom": answer.validation_from,
+        "validationFrom": answer.validation_from,
         "start": answer.start,
         "light": light.name(),
         "head": light.head(),
@@ -161,7 +161,7 @@ mod tests {
             assert_eq!(refused(question, &[1.0, 2.0]), "the question is incomplete, or its samples are", "{question}");
         }
         let whole = r#"{"file": "a.csv", "experiment": "rig", "law": 7, "signals": ["time", "position"], "known": {},
-            "free": [], "holdOut": 0, "starts": 0, "options": {"rated": 1, "width": 0.04, "play": null}}"#;
+            "free": [], "validation": 0, "starts": 0, "options": {"rated": 1, "width": 0.04, "play": null}}"#;
         assert_eq!(
             refused(whole, &[0.0; 4]),
             "experiment rig needs columns for time, valveVoltage, position; valveVoltage is missing"

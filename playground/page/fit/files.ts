@@ -48,7 +48,7 @@ function program({ library, study }: FitContext, { question, columns, table }: F
     `    ${JSON.stringify(signal)}: ${JSON.stringify(`${turned ? "-" : ""}${table.names[place]}[${unit}]`)},\n`;
   const start = (key: string) => JSON.stringify(known.has(key) ? `${key}=${known.get(key)}` : key);
   const further = [
-    `validation=${question.holdOut}`,
+    `validation=${question.validation}`,
     `starts=${question.starts}`,
     `width=${options.width}`,
     ...(question.experiment === "motion" ? [`rated=${options.rated}`] : []),

@@ -23,7 +23,7 @@ export interface Question {
   known: ReadonlyMap<string, number>;
   free: readonly string[];
   /** Share of the record at its end that is not fitted but predicted. */
-  holdOut: number;
+  validation: number;
   /** Random starts beside that from the data. */
   starts: number;
   options: Options;
@@ -53,10 +53,10 @@ export interface Answer {
   message: string;
   estimates: Estimate[];
   rms: Map<Signal, number>;
-  holdOutRms: Map<Signal, number>;
+  validationRms: Map<Signal, number>;
   notes: string[];
   /** The start of the validation data, or null. */
-  heldFrom: number | null;
+  validationFrom: number | null;
   /** Verdict on the fit: a light, its meaning, and the reasons, the worst first. */
   light: Light;
   head: string;
@@ -83,10 +83,10 @@ export interface Progress {
 type Written = number | "Infinity" | "-Infinity" | "NaN";
 
 /** The answer as the module writes it; the curves of its segments stand behind one another. */
-interface WrittenAnswer extends Omit<Answer, "estimates" | "rms" | "holdOutRms" | "courses" | "start"> {
+interface WrittenAnswer extends Omit<Answer, "estimates" | "rms" | "validationRms" | "courses" | "start"> {
   estimates: (Omit<Estimate, "value" | "low" | "high"> & Record<"value" | "low" | "high", Written>)[];
   rms: Record<Signal, Written>;
-  holdOutRms: Record<Signal, Written>;
+  validationRms: Record<Signal, Written>;
   signals: Signal[];
   lengths: number[];
   start: Record<string, number>;
@@ -112,5 +112,5 @@ export function fit(library: Library, question: Question, tell: (progress: Progr
   });
   const estimates = answer.estimates.map((one) => ({ ...one, value: Number(one.value), low: Number(one.low), high: Number(one.high) }));
   const start = new Map(Object.entries(answer.start));
-  return { ...answer, start, estimates, rms: bySignal(answer.rms), holdOutRms: bySignal(answer.holdOutRms), courses };
+  return { ...answer, start, estimates, rms: bySignal(answer.rms), validationRms: bySignal(answer.validationRms), courses };
 }

@@ -83,7 +83,7 @@ interface Entry {
 }
 
 const ENTRIES: Entry[] = [
-  { key: "holdOut", label: "Validation", unit: "%", factor: 1e-2, title: "Share of the record at its end that is predicted, not fitted", least: 0, below: 100 },
+  { key: "validation", label: "Validation", unit: "%", factor: 1e-2, title: "Share of the record at its end that is predicted, not fitted", least: 0, below: 100 },
   { key: "starts", label: "Random starts", unit: "", factor: 1, title: "Used where the start from the data leaves more than noise", least: 0, below: 1001 },
   { key: "width", label: "Smoothing", unit: "ms", factor: 1e-3, title: "Width of the parabolas that give velocities", least: 1e-3, below: 1e5 },
   { key: "rated", label: "Rated load", unit: "N", factor: 1, title: "Normal force at which the load level is 1", least: 1e-9, below: 1e12 },

@@ -23,7 +23,7 @@ export function resultTables(context: FitContext, { answer }: Found, print: () =
   const notes = [
     ...others.map(ended),
     ...answer.notes.map((note) => `${note[0].toUpperCase()}${note.slice(1)}.`),
-    ...(answer.heldFrom === null ? [] : [`From t = ${short(answer.heldFrom)} s on, shaded, the curves are a prediction of validation data.`]),
+    ...(answer.validationFrom === null ? [] : [`From t = ${short(answer.validationFrom)} s on, shaded, the curves are a prediction of validation data.`]),
   ];
   return element(
     "section",
@@ -64,12 +64,12 @@ export const estimateTable = ({ estimates }: Answer): HTMLElement =>
   );
 
 /** The RMS residuals of the fitted and of the validation data. */
-export const residualTable = ({ rms, holdOutRms }: Answer): HTMLElement =>
+export const residualTable = ({ rms, validationRms }: Answer): HTMLElement =>
   element(
     "table",
     { class: "left" },
     head("Signal", "RMS residual", "RMS residual, validation", "Unit"),
-    element("tbody", {}, ...[...rms].map(([signal, own]) => leftRow(signal, own, holdOutRms.get(signal)))),
+    element("tbody", {}, ...[...rms].map(([signal, own]) => leftRow(signal, own, validationRms.get(signal)))),
   );
 
 function estimateRow({ name, value, low, high, unit, undetermined }: Estimate): HTMLElement {
@@ -108,7 +108,7 @@ function takeOver(context: FitContext, answer: Answer): void {
 }
 
 /** For each compared signal a chart of measured over simulated values, and one of their difference; validation data are shaded. */
-export function curves({ courses, heldFrom }: Answer): TimeChart[] {
+export function curves({ courses, validationFrom }: Answer): TimeChart[] {
   const signals = [...(courses[0]?.measured.keys() ?? [])];
   const times = drawn(courses, ({ time }) => time, 1, ({ time }) => time[time.length - 1]);
   return signals.flatMap((signal) => {
@@ -116,9 +116,9 @@ export function curves({ courses, heldFrom }: Answer): TimeChart[] {
     const line = (of: (course: Course) => ArrayLike<number>) => drawn(courses, of, factor, () => NaN);
     const measured = line((course) => course.measured.get(signal) ?? []);
     const simulated = line((course) => course.simulated.get(signal) ?? []);
-    const both = chart(signal, unit, ["simulated", "measured"], times, [simulated, measured], heldFrom);
+    const both = chart(signal, unit, ["simulated", "measured"], times, [simulated, measured], validationFrom);
     const difference = measured.map((value, index) => value - simulated[index]);
-    return [both, chart(`${signal}: residual`, unit, ["residual"], times, [difference], heldFrom)];
+    return [both, chart(`${signal}: residual`, unit, ["residual"], times, [difference], validationFrom)];
   });
 }
 
@@ -126,11 +126,11 @@ const COLOURS: Record<string, string> = { measured: "--line-2", simulated: "--li
 /** The simulated curve is the wider one, so that it shows beside the measured one over it. */
 const WIDTHS: Record<string, number> = { simulated: 4, measured: 1.5 };
 
-function chart(title: string, up: string, labels: string[], times: number[], lines: number[][], heldFrom: number | null): TimeChart {
+function chart(title: string, up: string, labels: string[], times: number[], lines: number[][], validationFrom: number | null): TimeChart {
   const look = labels.map((label) => ({ label, colour: COLOURS[label], width: WIDTHS[label] }));
   const made = new TimeChart({ title, up, lines: look, span: 1e-3 });
   const last = times[times.length - 1];
-  made.show({ times, lines, ...(heldFrom === null ? {} : { shaded: [heldFrom, last] }) }, [times[0], last]);
+  made.show({ times, lines, ...(validationFrom === null ? {} : { shaded: [validationFrom, last] }) }, [times[0], last]);
   return made;
 }
 

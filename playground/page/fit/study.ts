@@ -22,7 +22,7 @@ export interface Found {
 
 /** Choices of the use of the data. */
 export interface Choices {
-  holdOut: number;
+  validation: number;
   starts: number;
   rated: number;
   width: number;
@@ -50,7 +50,7 @@ export interface FitContext extends Context {
 export class Study {
   table: Table | null = null;
   columns: Columns = new Map();
-  readonly choices: Choices = { holdOut: 0.3, starts: 8, rated: 1, width: 0.04, play: null };
+  readonly choices: Choices = { validation: 0.3, starts: 8, rated: 1, width: 0.04, play: null };
   /** Units in which parameters of the machine are asked for. */
   readonly units = new Map<string, string>();
   work: Work = { kind: "none" };
@@ -160,7 +160,7 @@ export class Study {
   start(): void {
     if (!this.table) return;
     const { settings, library } = this.context;
-    const { holdOut, starts, ...options } = this.choices;
+    const { validation, starts, ...options } = this.choices;
     const known = new Map([...settings.values[this.modelName]].filter(([name]) => name !== "friction.law"));
     const asked = { table: this.table, columns: new Map(this.columns) };
     this.problem = null;
@@ -168,7 +168,7 @@ export class Study {
       const signals = signalsOf(library.tables, this.table, this.columns);
       const { experiment } = settings;
       const { law, free } = this;
-      const question: Question = { file: this.table.file, experiment, law, signals, known, free, holdOut, starts, options };
+      const question: Question = { file: this.table.file, experiment, law, signals, known, free, validation, starts, options };
       this.found = null;
       this.work = { kind: "fitting", progress: null };
       const request = { kind: "fit", module: library.module, question } as const;
