@@ -3,65 +3,72 @@
 use pneumatic_servo::variables::{Kind, Role};
 
 use crate::causes::{Candidates, Change, Changeable, Choice, DAMPING_SPEED, MODEL, is_clocked, suspected};
-use crate::experiment::parameter;
+use crate::experiment::{Experiment, Given, parameter};
+use crate::law::usual;
 use crate::parameter::{Parameter, SPAN, Values};
 use crate::problem::{Interrupted, Simulated};
 use crate::record::unit_of;
 use crate::runs::Runs;
 
-/// SI units of the parameters of a law that a fit usually estimates.
-const OF_LAW: [&str; 6] = ["N", "N/m", "N.s/m", "m/s", "1/m", "m"];
+/// Candidates of an experiment: what is neither estimated nor measured, nor, of a sensor, known. Sensors are told by their names.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Named {
+    /// Settings of the machine and parameters of its law, each as an estimated one that starts at its fixed value.
+    pub settings: Vec<Parameter>,
+    /// Properties of sensors.
+    pub sensors: Vec<String>,
+    /// Choices.
+    pub choices: Vec<Choice>,
+    /// Whether a wrong clock shows.
+    pub has_clock: bool,
+}
 
-/// Candidates of an experiment: what is neither estimated nor measured, nor, of a sensor, known.
+/// Candidates of an experiment beside the names that are estimated.
+pub fn named(experiment: &dyn Experiment, estimated: &[String]) -> Named {
+    let given = experiment.given();
+    let is_estimated = |name: &str| estimated.iter().any(|one| one == name);
+    let has_friction = given.kind.name != "pneumatic";
+    let of_law = if has_friction { usual(given.table, given.law, &given.known) } else { vec![] };
+    let mut settings: Vec<String> = suspected(given.kind.name).into_iter().map(str::to_owned).collect();
+    settings.extend(of_law);
+    settings.retain(|name| !given.has(name) && !is_estimated(name));
+    let mut sensors = sensors(experiment);
+    sensors.retain(|name| !is_estimated(name) && !given.known.contains_key(name));
+    let is_thermal = estimated.iter().any(|name| name.starts_with("thermal."));
+    let model = model(given).filter(|_| !is_thermal);
+    let damping = damping(given).filter(|_| has_friction && !is_estimated(DAMPING_SPEED));
+    Named {
+        settings: settings.iter().filter_map(|name| freed(experiment, name)).collect(),
+        sensors,
+        choices: model.into_iter().chain(damping).collect(),
+        has_clock: is_clocked(given.kind.name),
+    }
+}
+
+/// Candidates of simulated segments.
 pub fn candidates(runs: &Runs<'_>) -> Candidates {
-    let given = runs.experiment.given();
-    let is_estimated = |name: &str| runs.parameters.iter().any(|one| one.name == name);
-    let is_fixed = |name: &&String| !given.signals.contains(*name) && !is_estimated(name);
-    let settings = settings(runs);
-    let settings = settings.iter().filter(is_fixed).filter_map(|name| freed(runs, name)).collect();
-    let sensors = sensors(runs);
-    let sensors = sensors.iter().filter(is_fixed).filter(|name| !given.known.contains_key(*name));
-    let sensors = sensors.filter_map(|name| freed(runs, name)).collect();
-    let is_thermal = runs.parameters.iter().any(|one| one.name.starts_with("thermal."));
-    let model = model(runs).filter(|_| !is_thermal);
-    let damping = damping(runs).filter(|_| !is_estimated(DAMPING_SPEED));
-    let choices = model.into_iter().chain(damping).collect();
-    Candidates { settings, sensors, choices, has_clock: is_clocked(experiment(runs)) }
+    let estimated: Vec<String> = runs.parameters.iter().map(|one| one.name.clone()).collect();
+    let Named { settings, sensors, choices, has_clock } = named(runs.experiment, &estimated);
+    let sensors = sensors.iter().filter_map(|name| freed(runs.experiment, name)).collect();
+    Candidates { settings, sensors, choices, has_clock }
 }
 
-/// Name of the experiment.
-fn experiment(runs: &Runs<'_>) -> &'static str {
-    if runs.experiment.given().model.name == "FrictionBench" { "motion" } else { "rig" }
-}
-
-/// Names of settings of the machine and of parameters of its law.
-fn settings(runs: &Runs<'_>) -> Vec<String> {
-    let given = runs.experiment.given();
-    let group = given.law_group();
-    let is_usual = |name: &str, unit: &str, start: Option<f64>| {
-        name.starts_with(&group) && !name.contains('[') && OF_LAW.contains(&unit) && start != Some(0.0)
-    };
-    let of_law = given.model.table().parameters().filter_map(|variable| match variable.kind {
-        Kind::Real(unit) if is_usual(&variable.name, unit.name, variable.start) => Some(variable.name.to_string()),
-        _ => None,
-    });
-    let of_machine = suspected(experiment(runs)).into_iter().map(str::to_owned);
-    of_machine.chain(of_law.filter(|_| !group.is_empty())).collect()
-}
-
-/// Names of the properties of all sensors.
-fn sensors(runs: &Runs<'_>) -> Vec<String> {
-    let compared = runs.experiment.compared().to_vec();
-    let both = [compared.clone(), runs.experiment.driving()].concat();
+/// Names of the properties of all sensors. What is true is `gain.SIGNAL * (reading - offset.SIGNAL)`, and a reading comes
+/// `delay.SIGNAL` late; one that is compared may have gone through a filter of first order with the time constant `lag.SIGNAL`.
+pub fn sensors(experiment: &dyn Experiment) -> Vec<String> {
+    let compared = experiment.compared().to_vec();
+    let both = [compared.clone(), experiment.driving()].concat();
     let of = |kinds: &[&str], signals: &[&str]| -> Vec<String> {
         signals.iter().flat_map(|signal| kinds.iter().map(move |kind| format!("{kind}.{signal}"))).collect()
     };
-    [of(&["gain", "offset", "delay"], &both), of(&["lag"], &compared)].concat()
+    let mut names = [of(&["gain", "offset", "delay"], &both), of(&["lag"], &compared)].concat();
+    // The zero of a position that prescribes a motion has no effect.
+    names.retain(|name| experiment.given().kind.name != "motion" || name != "offset.position");
+    names
 }
 
 /// The thermal model of a rig and the others.
-fn model(runs: &Runs<'_>) -> Option<Choice> {
-    let given = runs.experiment.given();
+fn model(given: &Given) -> Option<Choice> {
     let Kind::Enumeration(models) = given.model.table().find(MODEL)?.variable.kind else { return None };
     let own = given.value(MODEL, &Values::new());
     let (fixed, others): (Vec<_>, Vec<_>) = models.items.iter().partition(|(id, ..)| f64::from(*id) == own);
@@ -71,28 +78,27 @@ fn model(runs: &Runs<'_>) -> Option<Choice> {
 }
 
 /// Both forms of LuGre: with a damping of the bristles that decays with speed, and with a constant one.
-fn damping(runs: &Runs<'_>) -> Option<Choice> {
-    let given = runs.experiment.given();
+fn damping(given: &Given) -> Option<Choice> {
     if given.law_name() != "LuGre" {
         return None;
     }
-    let usual = given.model.table().find(DAMPING_SPEED)?.variable.start?;
+    let usual = given.table.table().find(DAMPING_SPEED)?.variable.start?;
     let own = given.value(DAMPING_SPEED, &Values::new());
     let other = if own == 0.0 { usual } else { 0.0 };
     Some(Choice { name: DAMPING_SPEED.to_owned(), fixed: own.to_string(), others: vec![other.to_string()] })
 }
 
 /// A fixed property as an estimated one; nothing for one that is off, as a volume of 0.
-fn freed(runs: &Runs<'_>, name: &str) -> Option<Parameter> {
-    let given = runs.experiment.given();
-    if let Some(entry) = given.model.table().find(name)
+fn freed(experiment: &dyn Experiment, name: &str) -> Option<Parameter> {
+    let given = experiment.given();
+    if let Some(entry) = given.table.table().find(name)
         && entry.variable.role == Role::Input
     {
         let start = given.value(name, &Values::new());
         let bounds = [start / SPAN, start * SPAN];
         return (start > 0.0).then(|| Parameter::of_input(name, unit_of(name), start, bounds));
     }
-    let free = parameter(runs.experiment, name).ok()?;
+    let free = parameter(experiment, name).ok()?;
     let start = given.beside(name, &Values::new(), free.start);
     if free.is_logarithmic() && start <= 0.0 { None } else { Some(free.at(start)) }
 }

@@ -173,7 +173,7 @@ pub fn causes(
     }
     let Some(at) = Tangent::of(fitted, x)? else { return Ok(vec![]) };
     let before = fitted.residuals(&at.differences);
-    let search = Search { changeable, fitted, x, at, before };
+    let search = Search { changeable, signals: changeable.signals(), fitted, x, at, before };
     if is_noise {
         return Ok(search.clock(OFF)?.filter(is_sure).into_iter().collect());
     }
@@ -266,6 +266,8 @@ impl Tangent {
 /// The search for causes at a solution.
 struct Search<'a> {
     changeable: &'a dyn Changeable,
+    /// Names of the compared signals.
+    signals: Vec<String>,
     fitted: &'a Problem<'a>,
     x: &'a [f64],
     at: Tangent,
@@ -436,14 +438,13 @@ impl Search<'_> {
         let (signal, share) = self.most_explained(&self.before, &after);
         let text = format!("{:.0} % of the squared residual of {signal} would be gone if {text}", 100.0 * share);
         let gain = squares(&self.before) - squares(&after);
-        let (name, alike) = (name.to_owned(), vec![]);
+        let (name, signal, alike) = (name.to_owned(), signal.to_owned(), vec![]);
         Ok(Some(Cause { name, text, estimate, item: None, signal, share, gain, alike, is_sensor: false }))
     }
 
     /// The signal of whose squares the largest share is gone, and this share.
-    fn most_explained(&self, before: &[f64], after: &[f64]) -> (String, f64) {
-        let signals = self.changeable.signals();
-        let mut squares = vec![[0.0; 2]; signals.len()];
+    fn most_explained(&self, before: &[f64], after: &[f64]) -> (&str, f64) {
+        let mut squares = vec![[0.0; 2]; self.signals.len()];
         let mut row = 0;
         for segment in &self.fitted.segments {
             for own in &mut squares {
@@ -456,7 +457,7 @@ impl Search<'_> {
             }
         }
         let shares = squares.iter().map(|[before, after]| 1.0 - after / before.max(1e-300));
-        let pairs = signals.into_iter().zip(shares);
+        let pairs = self.signals.iter().map(String::as_str).zip(shares);
         pairs.max_by(|(_, one), (_, other)| one.total_cmp(other)).expect("a signal is compared")
     }
 }

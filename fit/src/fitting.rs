@@ -1,14 +1,13 @@
 //! A fit of an experiment: question and answer.
 
 use std::collections::BTreeMap;
-use std::sync::Arc;
 
-use pneumatic_servo::variables::Kind;
+use pneumatic_servo::variables;
 
 use crate::arrays::{rms, span};
 use crate::candidates::candidates;
 use crate::causes::{Cause, DAMPING_SPEED, causes, is_quiet};
-use crate::experiment::{self, Experiment, MeasuredSegment, Options, Whole, parameter};
+use crate::experiment::{self, Experiment, Given, Kind, MeasuredSegment, Options, of_kind, parameter};
 use crate::guess::started;
 use crate::intervals::certainty;
 use crate::parameter::{Parameter, Values};
@@ -18,12 +17,7 @@ use crate::refused::Refused;
 use crate::runs::Runs;
 use crate::search::{Loss, Watch, solve, with_likely_sensors};
 use crate::sensor::Sensor;
-use crate::smoothing::noise;
 
-/// Fewest samples of a segment whose end is validation data.
-const SHORTEST: usize = 10;
-/// Multiple of its noise within which a resting position stays.
-const RESTING: f64 = 8.0;
 /// Samples for each parameter, at least.
 const SAMPLES: usize = 5;
 
@@ -32,7 +26,7 @@ const SAMPLES: usize = 5;
 pub struct Question {
     /// Name of the data.
     pub file: String,
-    /// `rig` or `motion`.
+    /// Kind of the experiment.
     pub experiment: String,
     /// Number of the friction law.
     pub law: i32,
@@ -129,13 +123,19 @@ pub fn fit(question: &Question, watch: &dyn Watch, told: &dyn Fn(f64)) -> Result
     let is_fixed = |name: &String| !estimated.contains(name);
     let known =
         question.known.iter().filter(|(name, _)| is_fixed(name)).map(|(name, value)| (name.clone(), *value)).collect();
-    let experiment =
-        experiment::of_name(&question.experiment, question.law, known, &question.signals, question.options)?;
-    let experiment = &*experiment;
+    let kind = Kind::of_name(&question.experiment)?;
+    let given = Given::new(kind, question.law, known, question.signals.keys().cloned(), question.options);
+    let experiment = &*of_kind(given)?;
     let (records, mut notes) = split(file, question.signals.clone())?;
     let parameters = parameters(experiment, question)?;
-    let (segments, prepared) = segments(experiment, &records, &parameters, question.validation);
-    notes.extend(prepared);
+    let is_named =
+        |name: &str| experiment.given().known.contains_key(name) || parameters.iter().any(|one| one.name == name);
+    let mut segments = Vec::new();
+    for (number, record) in records.iter().enumerate() {
+        let found = experiment::segments(experiment, record, number, question.validation, &is_named);
+        segments.extend(found.segments.into_iter().map(|(_, segment)| segment));
+        notes.extend(found.notes);
+    }
     notes.extend(assumed(experiment, &question.known, &parameters));
     check_size(experiment, &segments, &parameters)?;
     let parameters = started(experiment, &segments, &parameters);
@@ -215,35 +215,6 @@ fn parameters(experiment: &dyn Experiment, question: &Question) -> Result<Vec<Pa
     names.iter().map(of_name).collect()
 }
 
-/// Records as segments, whose last share is validation data, and notes.
-fn segments(
-    experiment: &dyn Experiment,
-    records: &[Record],
-    parameters: &[Parameter],
-    validation: f64,
-) -> (Vec<MeasuredSegment>, Vec<String>) {
-    let given = experiment.given();
-    let is_named = |name: &str| given.known.contains_key(name) || parameters.iter().any(|one| one.name == name);
-    let mut notes = Vec::new();
-    let of_record = |(number, record): (usize, &Record)| {
-        let (driven, used, noted) = experiment.prepare(record);
-        notes.extend(noted);
-        let limit = record.time[record.time.len() - 1] * (1.0 - validation);
-        let mut is_validation: Vec<bool> = record.time.iter().map(|time| validation > 0.0 && *time > limit).collect();
-        let fitted = (0..used.len()).filter(|row| used[*row] && !is_validation[*row]).max();
-        if fitted.is_some_and(|last| last + 1 < SHORTEST) {
-            is_validation.fill(true);
-        }
-        let mut begin = given.corrected(experiment.begin(record, &driven));
-        begin.values.retain(|name, _| !is_named(name));
-        begin.estimated.retain(|name| !is_named(name));
-        let whole = Arc::new(Whole { grid: record.grid.clone(), driven: driven.clone() });
-        MeasuredSegment { record: record.clone(), driven, used, is_validation, begin, number, whole }
-    };
-    let segments = records.iter().enumerate().map(of_record).collect();
-    (segments, notes)
-}
-
 /// A note on what a machine has of its own, and nobody has given: its defaults decide about the values.
 fn assumed(experiment: &dyn Experiment, known: &Values, parameters: &[Parameter]) -> Option<String> {
     let given = experiment.given();
@@ -251,8 +222,8 @@ fn assumed(experiment: &dyn Experiment, known: &Values, parameters: &[Parameter]
         known.contains_key(name) || given.signals.contains(name) || parameters.iter().any(|one| one.name == name)
     };
     let shown = |name: &&str| {
-        let variable = given.model.table().find(name).expect("a variable of the model").variable;
-        let Kind::Real(unit) = variable.kind else { unreachable!("{name} is a real number") };
+        let variable = given.table.table().find(name).expect("a variable of the model").variable;
+        let variables::Kind::Real(unit) = variable.kind else { unreachable!("{name} is a real number") };
         format!("{name} = {} {}", variable.start.unwrap_or(f64::NAN), unit.name)
     };
     // The default of this one is another form of the law than the first publication's.
@@ -276,10 +247,7 @@ fn check_size(
     segments: &[MeasuredSegment],
     parameters: &[Parameter],
 ) -> Result<(), Refused> {
-    let rests = |segment: &MeasuredSegment| {
-        let position = segment.record.of("position");
-        span(position) <= RESTING * noise(position)
-    };
+    let rests = |segment: &MeasuredSegment| experiment.resting(&segment.record).iter().all(|rests| *rests);
     if experiment.compared().contains(&"position") && segments.iter().all(rests) {
         return Err(Refused("all at rest: the position never leaves its noise".to_owned()));
     }

@@ -3,14 +3,18 @@
 use nalgebra::DMatrix;
 
 use crate::arrays::{interpolate, line, median, quantile, span};
-use crate::experiment::{Experiment, MeasuredSegment};
+use crate::experiment::{Experiment, Forces, MeasuredSegment};
 use crate::nonnegative::nonnegative;
 use crate::parameter::{Parameter, Values};
 
 /// Share of a fixed static friction with which sliding friction starts at most.
 const BELOW: f64 = 0.8;
+/// Laws with elements that slip, or that behave like some.
+const HAS_ELEMENTS: [&str; 4] = ["MaxwellSlip", "GMS", "Leuven", "DNLRX"];
 /// Elements of a law that has no number of them.
 const ELEMENTS: usize = 10;
+/// Units of viscous friction, of a sliding and of a rotating machine.
+const DAMPING: [&str; 2] = ["N.s/m", "N.m.s/rad"];
 /// Presliding ends within a fiftieth of the stroke, as far as nothing better is known.
 const PRESLIDING: f64 = 50.0;
 
@@ -20,8 +24,9 @@ pub fn started(experiment: &dyn Experiment, segments: &[MeasuredSegment], parame
     if values.get("area").is_some_and(|area| area.is_nan()) {
         values.insert("area".to_owned(), area(segments));
     }
-    values.extend(levels(experiment, segments, parameters, &values));
-    values.extend(elements(experiment, segments, parameters, &values));
+    values.extend(experiment.guess(segments, &values));
+    values.extend(of_map(experiment, segments, parameters, &values));
+    values.extend(of_springs(experiment, segments, parameters, &values));
     parameters.iter().map(|one| one.at(values[&one.name])).collect()
 }
 
@@ -39,46 +44,72 @@ fn area(segments: &[MeasuredSegment]) -> f64 {
 }
 
 /// Friction levels from a map of mean force against speed.
-fn levels(
+fn of_map(
     experiment: &dyn Experiment,
     segments: &[MeasuredSegment],
     parameters: &[Parameter],
     values: &Values,
-) -> Vec<(String, f64)> {
+) -> Values {
     let given = experiment.given();
-    let (group, law) = (given.law_group(), given.law_name());
-    let own: Vec<&Parameter> =
-        parameters.iter().filter(|one| !group.is_empty() && one.name.starts_with(&group)).collect();
-    let maps: Vec<_> = segments.iter().filter_map(|segment| experiment.forces(segment, values)).collect();
-    let samples: Vec<(f64, f64, f64)> = maps
-        .iter()
-        .flat_map(|map| {
-            map.speed.iter().zip(&map.force).zip(&map.level).map(|((speed, force), level)| (*speed, *force, *level))
-        })
-        .collect();
-    if own.is_empty() || samples.is_empty() {
-        return vec![];
+    let group = given.law_group();
+    let is_own = |one: &&Parameter| !group.is_empty() && one.name.starts_with(&group);
+    let own: Vec<(&str, &str)> =
+        parameters.iter().filter(is_own).map(|one| (one.name.as_str(), one.unit.as_str())).collect();
+    let mut map = Forces::default();
+    for part in segments.iter().filter_map(|segment| experiment.forces(segment, values)) {
+        map.speed.extend(part.speed);
+        map.force.extend(part.force);
+        map.level.extend(part.level);
     }
-    let speeds: Vec<f64> = samples.iter().map(|(speed, ..)| speed.abs()).collect();
-    let fastest = quantile(&speeds, 0.98);
-    let slides = |(speed, _, level): &&(f64, f64, f64)| speed.abs() > 0.1 * fastest && *level > 1e-3;
-    let sliding = samples.iter().filter(slides);
-    let (pace, dry): (Vec<f64>, Vec<f64>) =
-        sliding.map(|(speed, force, level)| (speed.abs(), force * speed.signum() / level)).unzip();
-    if fastest == 0.0 || pace.len() < 10 {
-        return vec![];
-    }
-    let (mut coulomb, viscous) = dry_and_viscous(&own, &pace, &dry, 0.3 * fastest);
-    // Sliding friction beyond a static friction that stays as it is would be refused.
     let fixed = format!("{group}Fs");
-    if given.model.table().find(&fixed).is_some() && own.iter().all(|one| one.name != fixed) {
-        coulomb = coulomb.min(BELOW * given.value(&fixed, &Values::new()));
+    let is_fixed = given.table.table().find(&fixed).is_some() && own.iter().all(|(name, _)| *name != fixed);
+    let strokes =
+        segments.iter().filter_map(|segment| segment.record.signals.get("position")).map(|course| span(course));
+    let law = Law {
+        name: given.law_name(),
+        group: &group,
+        fixed_static: is_fixed.then(|| given.value(&fixed, &Values::new())),
+        bristles: given.value(&format!("{group}N"), values),
+    };
+    levels(law, &own, &map, presliding(strokes.reduce(f64::max)))
+}
+
+/// A law whose parameters are to start.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Law<'a> {
+    /// Its name.
+    pub name: &'a str,
+    /// Prefix of its parameters, with the dot.
+    pub group: &'a str,
+    /// Static friction that is not estimated.
+    pub fixed_static: Option<f64>,
+    /// Number of bristles or elements.
+    pub bristles: f64,
+}
+
+/// Friction levels of estimated parameters, names and units, from a map of friction against speed; `length` is the length of
+/// presliding in m.
+pub fn levels(law: Law<'_>, own: &[(&str, &str)], map: &Forces, length: f64) -> Values {
+    if own.is_empty() || map.speed.is_empty() {
+        return Values::new();
+    }
+    let speeds: Vec<f64> = map.speed.iter().map(|speed| speed.abs()).collect();
+    let fastest = quantile(&speeds, 0.98);
+    let sliding = (0..speeds.len()).filter(|row| speeds[*row] > 0.1 * fastest && map.level[*row] > 1e-3);
+    let (pace, dry): (Vec<f64>, Vec<f64>) =
+        sliding.map(|row| (speeds[row], map.force[row] * map.speed[row].signum() / map.level[row])).unzip();
+    if fastest == 0.0 || pace.len() < 10 {
+        return Values::new();
+    }
+    let (mut coulomb, viscous) = dry_and_viscous(own, &pace, &dry, 0.3 * fastest);
+    // Sliding friction beyond a static friction that stays as it is would be refused.
+    if let Some(fixed) = law.fixed_static {
+        coulomb = coulomb.min(BELOW * fixed);
     }
     let excess: Vec<f64> = dry.iter().zip(&pace).map(|(dry, pace)| dry - coulomb - viscous * pace).collect();
     let statics = coulomb + quantile(&excess, 0.98).max(0.1 * coulomb).min(2.0 * coulomb);
-    let length = presliding(segments);
-    let stiffness = match law {
-        "Bristle" => 1.5 * coulomb / (given.value(&format!("{group}N"), values) * length),
+    let stiffness = match law.name {
+        "Bristle" => 1.5 * coulomb / (law.bristles * length),
         _ => coulomb / length,
     };
     let start = |name: &str| {
@@ -86,11 +117,11 @@ fn levels(
         Some(match kind {
             // Of Armstrong's law it is the excess of static friction over sliding friction.
             "FsInf" if name.ends_with("stribeck.FsInf") => 1.2 * statics,
-            "FsInf" if law == "Armstrong" => statics - coulomb,
+            "FsInf" if law.name == "Armstrong" => statics - coulomb,
             "Fs" | "FsInf" => statics,
             "Fc" | "Fc1" | "Fc2" => coulomb,
-            "f1" if law == "BlimanSorine" => 3.0 * coulomb,
-            "f2" if law == "BlimanSorine" => 2.0 * coulomb,
+            "f1" if law.name == "BlimanSorine" => 3.0 * coulomb,
+            "f2" if law.name == "BlimanSorine" => 2.0 * coulomb,
             "f1" => 0.6 * coulomb,
             "f2" => 3.0 / length,
             "vs" => 0.1 * fastest,
@@ -105,73 +136,82 @@ fn levels(
             _ => return None,
         })
     };
-    own.iter().filter_map(|one| Some((one.name.clone(), start(&one.name)?))).collect()
+    own.iter().filter_map(|(name, _)| Some(((*name).to_owned(), start(name)?))).collect()
 }
 
 /// Friction at speed 0 and its growth, from the faster samples; no growth under a law whose viscous friction is fixed.
-fn dry_and_viscous(own: &[&Parameter], pace: &[f64], dry: &[f64], least: f64) -> (f64, f64) {
+fn dry_and_viscous(own: &[(&str, &str)], pace: &[f64], dry: &[f64], least: f64) -> (f64, f64) {
     let middle = median(dry).max(1e-9);
     let (fast, force): (Vec<f64>, Vec<f64>) =
         pace.iter().zip(dry).filter(|(pace, _)| **pace > least).map(|(pace, dry)| (*pace, *dry)).unzip();
-    if own.iter().all(|one| one.unit != "N.s/m") || fast.len() < 10 {
+    if own.iter().all(|(_, unit)| !DAMPING.contains(unit)) || fast.len() < 10 {
         return (middle, 0.0);
     }
     let (slope, coulomb) = line(&fast, &force);
     if slope <= 0.0 || coulomb < 0.1 * middle { (middle, 0.0) } else { (coulomb, slope) }
 }
 
-/// Presliding length in m.
-fn presliding(segments: &[MeasuredSegment]) -> f64 {
-    let strokes =
-        segments.iter().filter_map(|segment| segment.record.signals.get("position")).map(|course| span(course));
-    let longest = strokes.fold(f64::NAN, f64::max);
-    (if longest.is_nan() { 1e-3 } else { longest } / PRESLIDING).max(1e-7)
+/// Presliding length in m, of the longest stroke that is measured.
+pub fn presliding(longest: Option<f64>) -> f64 {
+    (longest.unwrap_or(1e-3) / PRESLIDING).max(1e-7)
 }
 
-/// Stiffnesses of parallel elements by non-negative least squares, with fixed deflections at which they slip.
-fn elements(
+/// Deflections in m at which elements slip, spread over a stroke on a logarithmic scale.
+pub fn ends(stroke: f64, number: usize) -> Vec<f64> {
+    let share = |index: usize| if number > 1 { index as f64 / (number - 1) as f64 - 1.0 } else { -1.0 };
+    (0..number).map(|index| stroke * libm::pow(100.0, share(index))).collect()
+}
+
+/// Parallel elements that slip, by non-negative least squares with fixed deflections at which they do.
+fn of_springs(
     experiment: &dyn Experiment,
     segments: &[MeasuredSegment],
     parameters: &[Parameter],
     values: &Values,
-) -> Vec<(String, f64)> {
+) -> Values {
     let given = experiment.given();
     let (group, law) = (given.law_group(), given.law_name());
-    let prescribed = |segment: &MeasuredSegment| given.model.name == "FrictionBench" && !segment.driven.is_empty();
-    if !["MaxwellSlip", "GMS", "Leuven", "DNLRX"].contains(&law) || !segments.iter().all(prescribed) {
-        return vec![];
+    if given.kind.name != "motion" || !HAS_ELEMENTS.contains(&law) {
+        return Values::new();
     }
     let number = if law == "Leuven" { ELEMENTS } else { given.value(&format!("{group}N"), values) as usize };
     let stroke = segments.iter().map(|segment| span(&segment.driven["position"])).fold(0.0, f64::max);
-    // Deflections at which elements slip are spread over the stroke on a logarithmic scale.
-    let share = |index: usize| if number > 1 { index as f64 / (number - 1) as f64 - 1.0 } else { -1.0 };
-    let ends: Vec<f64> = (0..number).map(|index| stroke * libm::pow(100.0, share(index))).collect();
-    let (mut stiff, offset) = springs(experiment, segments, &ends, values);
+    let ends = ends(stroke, number);
+    let (stiffness, offset) = springs(experiment, segments, &ends, values);
+    // The shares of GMS belong to its level, where that is fixed.
+    let is_estimated = parameters.iter().any(|one| one.name == format!("{group}Fc"));
+    let level = (!is_estimated && law == "GMS").then(|| given.value(&format!("{group}Fc"), &Values::new()));
+    let mut found = elements(law, &group, &ends, stiffness, level);
+    found.insert(format!("offset.{}", experiment.compared()[0]), offset);
+    found
+}
+
+/// Parameters of a law with elements that slip at deflections; of GMS, whose shares belong to a level, under a fixed one.
+pub fn elements(law: &str, group: &str, ends: &[f64], mut stiff: Vec<f64>, fixed_level: Option<f64>) -> Values {
     // An element that the data do not need keeps a little stiffness, since its logarithm is estimated.
     let least = 1e-4 * stiff.iter().fold(1.0, |most: f64, value| most.max(*value));
     stiff.iter_mut().for_each(|value| *value = value.max(least));
-    let limits: Vec<f64> = stiff.iter().zip(&ends).map(|(stiffness, end)| stiffness * end).collect();
+    let limits: Vec<f64> = stiff.iter().zip(ends).map(|(stiffness, end)| stiffness * end).collect();
     let total: f64 = limits.iter().sum();
-    let mut found = vec![(format!("offset.{}", experiment.compared()[0]), offset)];
-    let mut set = |name: String, value: f64| found.push((format!("{group}{name}"), value));
+    let mut found = Values::new();
+    let mut set = |name: String, value: f64| found.insert(format!("{group}{name}"), value);
     if law == "Leuven" {
         // Presliding nearly as linear as under Maxwell elements, with an end about as sharp as their slip.
-        let whole: f64 = stiff.iter().sum();
         let starts = [
-            ("k1", whole),
+            ("k1", stiff.iter().sum()),
             ("f1", 0.05 * total),
-            ("f2", 1.0 / ends[number - 1]),
+            ("f2", 1.0 / ends[ends.len() - 1]),
             ("Fs", 1.02 * total),
             ("Fc", total),
             ("n", 5.0),
         ];
-        starts.into_iter().for_each(|(name, value)| set(name.to_owned(), value));
+        for (name, value) in starts {
+            set(name.to_owned(), value);
+        }
         return found;
     }
-    // The shares of GMS belong to its level, where that is fixed.
-    let is_estimated = parameters.iter().any(|one| one.name == format!("{group}Fc"));
-    let level = if is_estimated || law != "GMS" { total } else { given.value(&format!("{group}Fc"), &Values::new()) };
-    for (index, ((stiffness, limit), end)) in stiff.iter().zip(&limits).zip(&ends).enumerate() {
+    let level = fixed_level.unwrap_or(total);
+    for (index, ((stiffness, limit), end)) in stiff.iter().zip(&limits).zip(ends).enumerate() {
         let place = index + 1;
         for (kind, value) in
             [("k", *stiffness), ("chi0", *stiffness), ("W", *limit), ("limit", *end), ("alpha", limit / level)]
@@ -217,7 +257,7 @@ fn springs(
 }
 
 /// Deflection of an element that slips at an end.
-fn deflection(position: &[f64], end: f64) -> Vec<f64> {
+pub fn deflection(position: &[f64], end: f64) -> Vec<f64> {
     let mut deflected = 0.0;
     let each = |pair: &[f64]| {
         deflected = (deflected + pair[1] - pair[0]).max(-end).min(end);

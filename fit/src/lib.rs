@@ -7,7 +7,7 @@
 #![forbid(unsafe_code)]
 
 pub mod arrays;
-mod candidates;
+pub mod candidates;
 pub mod causes;
 pub mod distributions;
 pub mod experiment;
@@ -16,6 +16,7 @@ pub mod friction_table;
 pub mod guess;
 pub mod intervals;
 pub mod jacobian;
+pub mod law;
 pub mod matrix;
 pub mod nonnegative;
 pub mod numerals;

@@ -117,7 +117,7 @@ impl Runs<'_> {
         let table = model.table();
         let mut setup = Setup::new(model);
         setup.change("solver.relativeTolerance", tolerance)?;
-        for (name, value) in begin.iter().chain(&self.experiment.settings(values)) {
+        for (name, value) in begin.iter().chain(&self.experiment.settings(segment, values)) {
             setup.change(name, *value)?;
         }
         for (name, course) in &inputs {

@@ -10,8 +10,6 @@ use pneumatic_servo_fit::record::Signals;
 use pneumatic_servo_fit::search::Unwatched;
 use pneumatic_servo_fit::verdict::{Light, verdict};
 
-const OPTIONS: Options = Options { rated: 1.0, width: 0.04, play: None };
-
 fn law(name: &str) -> i32 {
     let model = models::find("FrictionBench").expect("a model of the library");
     let (_, laws) = model.table().friction_law().expect("a model with a law");
@@ -50,7 +48,7 @@ fn question(experiment: &str, law_name: &str, signals: Signals, estimated: &[&st
         estimated: estimated.iter().map(|name| (*name).to_owned()).collect(),
         validation: 0.3,
         starts: 0,
-        options: OPTIONS,
+        options: Options::default(),
     }
 }
 
@@ -157,7 +155,7 @@ fn a_seal_under_pressure_is_found() {
     let names = ["time", "position", "force", "pressure"];
     let signals = names.into_iter().map(str::to_owned).zip(columns).collect();
     let estimated = [&STRIBECK[..], &["area", "friction.kappaA"]].concat();
-    let options = Options { play: Some(0.0), ..OPTIONS };
+    let options = Options { play: Some(0.0), ..Options::default() };
     let asked = Question { options, ..question("motion", "Stribeck", signals, &estimated, &[]) };
     let answer = answered(&asked);
     assert_found(
@@ -184,7 +182,7 @@ fn friction_that_differs_by_direction_is_found() {
     }
     let signals = ["time", "position", "frictionForce"].into_iter().map(str::to_owned).zip(columns).collect();
     let names = ["friction.coulomb.Fc", "friction.coulomb.sigma2", "friction.direction.factor"];
-    let options = Options { play: Some(0.0), ..OPTIONS };
+    let options = Options { play: Some(0.0), ..Options::default() };
     let answer = answered(&Question { options, ..question("motion", "Coulomb", signals, &names, &[]) });
     for (estimate, truth) in answer.estimates.iter().zip([6.0, 30.0, 10.0 / 6.0]) {
         assert!((estimate.value / truth - 1.0).abs() < 0.01, "{estimate:?}, not {truth}");
@@ -211,7 +209,7 @@ fn elements_of_a_presliding_bench_are_found() {
     let names: Vec<String> =
         ["k", "W"].iter().flat_map(|kind| (1..=3).map(move |k| format!("{group}.{kind}[{k}]"))).collect();
     let names: Vec<&str> = names.iter().map(String::as_str).collect();
-    let options = Options { play: Some(0.0), ..OPTIONS };
+    let options = Options { play: Some(0.0), ..Options::default() };
     let known = [("friction.maxwellSlip.N", 3.0)];
     let asked = question("motion", "MaxwellSlip", signals, &names, &known);
     let answer = answered(&Question { options, ..asked });

@@ -95,6 +95,7 @@ fn read(question: &Value, samples: &[f64]) -> Option<Question> {
             rated: options["rated"].as_f64()?,
             width: options["width"].as_f64()?,
             play: options["play"].as_f64(),
+            ..Options::default()
         },
     })
 }

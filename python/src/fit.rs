@@ -46,7 +46,6 @@ pub fn fill(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(parabolas, module)?)?;
     module.add_function(wrap_pyfunction!(sensed, module)?)?;
     module.add_function(wrap_pyfunction!(sensor_of, module)?)?;
-    module.add_function(wrap_pyfunction!(suspected, module)?)?;
     module.add_function(wrap_pyfunction!(unseen, module)?)?;
     module.add_function(wrap_pyfunction!(with_noise_of, module)?)
 }
@@ -344,12 +343,6 @@ impl Watch for Observer {
     fn done(&self, text: &str) {
         self.tell(text);
     }
-}
-
-/// Settings of a machine that may be other than they are given, and whether a wrong clock shows, of an experiment.
-#[pyfunction]
-pub fn suspected(experiment: &str) -> (Vec<&'static str>, bool) {
-    (causes::suspected(experiment), causes::is_clocked(experiment))
 }
 
 /// Whether RMS residuals, each beside the noise of its sensor, are hardly more than noise.

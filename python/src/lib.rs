@@ -6,6 +6,7 @@
 //! [`python_module!`] makes such a module of a user's crate, with its models in place of the library's.
 
 mod abreast;
+mod experiment;
 mod failure;
 mod fit;
 mod fleet;
@@ -44,6 +45,7 @@ fn fill(module: &Bound<'_, PyModule>) -> PyResult<()> {
     // NumPy's interface is loaded with the first array: here, where an interrupt meets nothing but an import.
     module.py().import("numpy")?;
     PyArray1::<f64>::zeros(module.py(), 0, false);
+    experiment::fill(module)?;
     fit::fill(module)?;
     module.add_class::<fleet::Fleet>()?;
     module.add_class::<model::Model>()?;

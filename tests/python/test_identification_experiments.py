@@ -15,7 +15,6 @@ import pytest
 from bounds import assert_close
 from numpy.typing import NDArray
 from pneumatic_servo.identification.experiments import EXPERIMENTS, Beginning, Experiment, Options, Window
-from pneumatic_servo.identification.experiments.base import Around
 from pneumatic_servo.identification.records import Record
 from pneumatic_servo.identification.signals import Units
 
@@ -32,11 +31,15 @@ def make(
     """An experiment, and the window of a whole record."""
     experiment = EXPERIMENTS[name]("Coulomb", settings, options or Options(), units or Units())
     experiment.use(["time", *signals])
-    record = Record("a", time, 0.0, signals)
-    driven, used = experiment.prepare(record)
-    begin = experiment.corrected(experiment.begin(record, driven))
-    around = Around(0.0, record.grid, driven)
-    return experiment, Window(record, driven, np.zeros(len(time), dtype=bool), used, begin, around)
+    uncut = experiment.with_options(window=10.0)
+    [window] = uncut.windows(Record("a", time, 0.0, signals))
+    experiment.notes += uncut.notes
+    return experiment, window
+
+
+def path(experiment: Experiment, window: Window) -> Array:
+    """The way that a motion is prescribed, of which a run is given the ends of its steps."""
+    return np.append(0.0, experiment.inputs(window, {})["prescribedPosition"][:-1])
 
 
 def close(found: object, expected: object, what: str) -> None:
@@ -127,9 +130,8 @@ def test_regression_tells_nothing_that_cannot_be() -> None:
     turned, window = make("force", {**signals, "force": -signals["force"]}, {}, Options(rated=50.0))
     assert turned.guess([window], free).keys() <= {"offset.force", "spring"}
     for number, is_enough in ((9, False), (10, True)):
-        early = {name: values[:number] for name, values in signals.items()}
-        experiment, window = make("force", early, {}, time=TIME[:number])
-        assert bool(experiment.guess([window], free)) is is_enough
+        experiment, window = make("force", signals, {}, Options(rated=50.0))
+        assert bool(experiment.guess([piece(window, 0, number)], free)) is is_enough
 
 
 def piece(window: Window, first: int, last: int) -> Window:
@@ -159,7 +161,7 @@ def test_seal_under_pressure() -> None:
     assert predicted.keys() == {"force"}
     close(predicted["force"], friction + 1e-4 * pressure, "force")
     close(experiment.predict(window, {"frictionForce": friction}, {"area": 0.0})["force"], friction, "friction")
-    window.held[400:] = True
+    window = replace(window, held=np.arange(len(TIME)) >= 400)
     speed, found, seen = experiment.forces(window, {"offset.force": 1.0}) or ()
     # The first sample has no motion before it.
     inside = slice(1, 400)
@@ -186,9 +188,8 @@ def test_motion_by_its_velocity() -> None:
     known = {"gain.velocity": 2.0, "offset.velocity": 0.1}
     experiment, window = make("motion", {"velocity": VELOCITY, "frictionForce": FORCE}, known)
     way = 0.2 * TIME + 0.3 * TIME**2
-    path = experiment.path(window, {})  # type: ignore[attr-defined]
-    close(path, 2.0 * (way - 0.1 * TIME), "path")
-    assert experiment.predict(window, {"frictionForce": FORCE}, {}) == {"frictionForce": FORCE}
+    close(path(experiment, window), 2.0 * (way - 0.1 * TIME), "path")
+    assert np.array_equal(experiment.predict(window, {"frictionForce": FORCE}, {})["frictionForce"], FORCE)
     assert experiment.unknown == () and experiment.notes == []
     assert set(experiment.beside) == {
         f"{what}.{signal}" for signal in ("frictionForce", "velocity") for what in ("gain", "offset", "delay")
@@ -203,10 +204,8 @@ def test_late_motion_goes_on_as_fast_beyond_its_record(delay: float) -> None:
     late = TIME + delay
     inside = np.clip(late, 0.0, 1.0)
     seen = 0.2 * inside + 0.3 * inside**2 + 0.203 * np.minimum(late, 0.0) + 0.797 * np.maximum(late - 1.0, 0.0)
-    path = experiment.path(window, {})  # type: ignore[attr-defined]
-    assert_close(path, seen - seen[0], within=5e-14, what="path")
-    part = piece(window, 300, 400)
-    inner = experiment.path(part, {})  # type: ignore[attr-defined]
+    assert_close(path(experiment, window), seen - seen[0], within=5e-14, what="path")
+    inner = path(experiment, piece(window, 300, 400))
     expected = 0.2 * (TIME[300:400] - 0.6) + 0.3 * ((TIME[300:400] + delay) ** 2 - (0.6 + delay) ** 2)
     assert_close(inner, expected, within=2e-15, what="path of a part")
 
@@ -254,7 +253,7 @@ def test_carriage_under_pressures() -> None:
     names = ("position", "chamberA.pressure", "chamberB.pressure", "externalForce")
     experiment, window = make("mechanical", taken(*names), MACHINE)
     assert experiment.driving == names[1:] and experiment.outputs == ["position"] == list(experiment.compared)
-    assert experiment.options.window == 0.15 and experiment.notes == ["a: the pressures are smoothed over 40 ms"]
+    assert experiment.native.length(2e-3) == 0.15 and experiment.notes == ["a: the pressures are smoothed over 40 ms"]
     given = experiment.inputs(window, {})
     assert given.keys() == {"appliedForce", "friction.level"}
     applied = PUSH - DEAD + TIME + 2.5
@@ -322,30 +321,35 @@ def test_gas_alone_is_carried_along_the_measured_path() -> None:
 
 def test_sensor_reads_what_is_made_of_its_readings() -> None:
     """Gain, offset and lag: there and back."""
-    known = {"gain.force": 3.0, "offset.force": -2.0, "lag.position": 0.05, "gain.position": 1.0}
-    experiment, _ = make("force", {"position": POSITION, "force": FORCE}, known)
+    known = {
+        "gain.force": 3.0,
+        "offset.force": -2.0,
+        "lag.position": 0.05,
+        "gain.position": 4.0,
+        "offset.position": 0.2,
+    }
+    experiment, window = make("force", {"position": POSITION, "force": FORCE}, known)
     close(experiment.true("force", np.array([5.0]), {}), [21.0], "truth")
-    close(experiment.read("force", np.array([21.0]), {}), [5.0], "reading")
     close(experiment.true("force", np.array([5.0]), {"gain.force": 2.0, "offset.force": 1.0}), [8.0], "fitted")
-    close(experiment.read("force", np.array([8.0]), {"gain.force": 2.0, "offset.force": 1.0}), [5.0], "fitted back")
-    assert experiment.true("position", POSITION, {}) is POSITION
+
+    def read(truth: Array, **values: float) -> Array:
+        fitted = {f"{name}.position": value for name, value in values.items()}
+        return POSITION - experiment.differences(window, {"position": truth}, fitted)["position"]
+
     # A uniform rise is read late by the lag, after a while.
-    close(experiment.filtered("position", 2.0 * TIME, 2e-3, {})[-1], 2.0 * (1.0 - 0.05), "late")
-    assert experiment.filtered("position", TIME, 2e-3, {"lag.position": 0.0}) is TIME
-    assert experiment.filtered("force", TIME, 2e-3, {}) is TIME
-
-
-def test_beginning_with_and_without() -> None:
-    begin = Beginning({"velocity0": 0.0}).with_more({"position0": 1.0, "a": 2.0})
-    assert begin == Beginning({"velocity0": 0.0, "position0": 1.0, "a": 2.0}, ("position0", "a"))
-    assert begin.without({"position0", "velocity0"}) == Beginning({"a": 2.0}, ("a",))
+    close(read(2.0 * TIME)[-1], 2.0 * (1.0 - 0.05) / 4.0 + 0.2, "late")
+    close(read(TIME, lag=0.0), TIME / 4.0 + 0.2, "without a lag")
+    close(read(TIME, lag=0.0, gain=2.0, offset=-1.0), TIME / 2.0 - 1.0, "fitted")
+    close(read(TIME, lag=0.0, delay=0.1)[50:], (TIME[50:] - 0.1) / 4.0 + 0.2, "delayed")
+    plain, window = make("force", {"position": POSITION, "force": FORCE}, {"gain.position": 1.0})
+    assert plain.true("position", POSITION, {}) is POSITION
 
 
 @pytest.mark.parametrize(
     ("name", "signals", "settings", "units", "text"),
     [
         ("motion", ["force"], {}, {}, "experiment='motion' needs a column for position or velocity"),
-        ("motion", ["velocity"], {}, {}, "experiment='motion' needs a column for frictionForce, or for force"),
+        ("motion", ["velocity"], {}, {}, "experiment='motion' needs a column for frictionForce or force"),
         ("force", ["force"], {}, {}, "experiment='force' needs a column for position or velocity"),
         ("force", ["position"], {}, {}, "experiment='force' needs columns for time, force; force is missing"),
         ("force", ["position", "force"], {"incline": 0.1}, {"is_rotating": True},
@@ -415,9 +419,10 @@ def test_windows_of_a_force_are_short_but_of_thirty_samples(step: float, window:
     parts = experiment.windows(whole.record)
     begins = [k / number for k in range(number)]
     # At the next sample.
-    assert_close([part.begin for part in parts], begins, within=1.001 * step, what="begins", why="of samples")
-    assert all(part.begin >= begin - 1e-9 for part, begin in zip(parts, begins, strict=True))
-    assert sum(len(part.time) for part in parts) == len(time) and experiment.options.window == window
+    records = [part.record for part in parts]
+    assert_close([part.begin for part in records], begins, within=1.001 * step, what="begins", why="of samples")
+    assert all(part.begin >= begin - 1e-9 for part, begin in zip(records, begins, strict=True))
+    assert sum(len(part.time) for part in records) == len(time) and experiment.options.window == window
 
 
 def test_late_readings_are_looked_up_in_the_whole_record() -> None:
@@ -425,11 +430,15 @@ def test_late_readings_are_looked_up_in_the_whole_record() -> None:
     experiment, window = make("force", {"velocity": VELOCITY, "force": FORCE}, {"delay.force": 0.01, "mass": 1.0})
     part = piece(window, 300, 400)
     later = 40.0 + 5.0 * (TIME[300:400] + 0.01)
-    close(experiment.given(part, "force", {}), later, "force")
-    close(experiment.given(part, "force", {"delay.force": -0.02}), later - 0.15, "force of what is fitted")
-    assert experiment.reading(part, "velocity", "velocity", {}) is part.driven["velocity"]
+
+    def applied(delay: float) -> Array:
+        return experiment.inputs(part, {"delay.force": delay})["appliedForce"]
+
+    close(experiment.inputs(part, {})["appliedForce"], later, "force")
+    close(applied(-0.02), later - 0.15, "force of what is fitted")
+    assert np.array_equal(applied(0.0), part.driven["force"])
     # Beyond the end of a record there is its last reading.
-    close(part.later("force", 0.5), np.minimum(40.0 + 5.0 * (TIME[300:400] + 0.5), 45.0), "end")
+    close(applied(0.5), np.minimum(40.0 + 5.0 * (TIME[300:400] + 0.5), 45.0), "end")
     assert part.fitted == 100 and replace(part, held=np.arange(100) < 30).fitted == 70
 
 
@@ -437,6 +446,6 @@ def test_model_is_given_what_it_has() -> None:
     """Settings and fitted values of it, and inputs that were not measured; neither sensors nor what is measured."""
     settings = {"supplyPressure": 6e5, "valveVoltage": 5.0, "gain.position": 2.0, "mass.moving": 1.0}
     experiment, _ = make("rig", {name: GAS[name] for name in ("valveVoltage", "position")}, settings)
-    given = experiment.of_model({"mass.moving": 3.0, "delay.position": 0.1, "incline": 0.2})
-    assert given == {"supplyPressure": 6e5, "mass.moving": 3.0, "incline": 0.2}
+    given = experiment.under_law({"mass.moving": 3.0, "delay.position": 0.1, "incline": 0.2})
+    assert given == {"supplyPressure": 6e5, "mass.moving": 3.0, "incline": 0.2, "friction.law": "Coulomb"}
     assert experiment.guess([], {}) == {} and experiment.driving == ("valveVoltage",)

@@ -11,9 +11,7 @@ import pneumatic_servo as ps
 import pytest
 from bounds import assert_close
 from numpy.typing import NDArray
-from pneumatic_servo.identification.experiments import Options
-from pneumatic_servo.identification.experiments.base import Values, Window
-from pneumatic_servo.identification.experiments.motion import Motion
+from pneumatic_servo.identification.experiments import Experiment, Options, Values, Window
 from pneumatic_servo.identification.fitting import make_experiment
 from pneumatic_servo.identification.guess import _area, _elements, _length, _levels, deflection, springs
 from pneumatic_servo.identification.parameters import parse, usual
@@ -21,7 +19,7 @@ from pneumatic_servo.identification.parameters import parse, usual
 Array = NDArray[np.float64]
 
 
-class Mapped(Motion):
+class Mapped(Experiment):
     """A bench of which no more is known than speed, friction and load level at some samples."""
 
     seen: tuple[Array, Array, Array]

@@ -1,19 +1,29 @@
 //! Experiments: which model is run with which signals, and which signals are compared.
 
+mod balance;
+mod cylinder;
+mod force;
+mod measured;
+mod mechanical;
 mod motion;
+mod pneumatic;
+mod pushed;
 mod rig;
+mod segments;
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use pneumatic_servo::model::Model;
 use pneumatic_servo::models;
-use pneumatic_servo::variables::{Role, Variable};
+use pneumatic_servo::variables::{self, Role};
 
-pub use motion::Motion;
-pub use rig::Rig;
+pub use balance::Balance;
+pub use cylinder::pressure_force;
+pub use segments::{OfRecord, segments};
 
 use crate::arrays::interpolate;
+use crate::law;
 use crate::parameter::{Parameter, Values};
 use crate::record::{Record, Signals, unit_of};
 use crate::refused::Refused;
@@ -31,6 +41,18 @@ pub struct Options {
     pub width: f64,
     /// Play in m that hides the jitter of a position at rest; by default three times its noise.
     pub play: Option<f64>,
+    /// Length in s of the segments that a record is cut into; by default the length that the experiment has, if any.
+    pub length: Option<f64>,
+    /// Whether measured inputs lie on straight lines between samples; otherwise they are held.
+    pub has_lines: bool,
+    /// Whether measured forces and pressures that move a mass are smoothed over the width.
+    pub smooths: bool,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self { rated: 1.0, width: 0.04, play: None, length: None, has_lines: false, smooths: true }
+    }
 }
 
 /// Start values of a simulation, as they were measured.
@@ -45,6 +67,8 @@ pub struct Begin {
 /// Signals of the whole record of a segment, made ready: a sensor that lags reads after the end of a segment what was true in it.
 #[derive(Debug, PartialEq)]
 pub struct Whole {
+    /// Time in s of the record at which the segment begins.
+    pub begin: f64,
     /// Communication points in s.
     pub grid: Vec<f64>,
     /// Signals at these.
@@ -109,7 +133,7 @@ pub struct Forces {
 }
 
 /// An experiment.
-pub trait Experiment {
+pub trait Experiment: Send + Sync {
     /// Its settings.
     fn given(&self) -> &Given;
 
@@ -118,6 +142,11 @@ pub trait Experiment {
 
     /// Measured signals that drive the model.
     fn driving(&self) -> Vec<&'static str>;
+
+    /// Properties of a test bench that its model does not have, and that may be estimated.
+    fn of_bench(&self) -> Vec<&'static str> {
+        Vec::new()
+    }
 
     /// Parameters that the model has no default of.
     fn unknown(&self) -> Vec<&'static str> {
@@ -130,7 +159,22 @@ pub trait Experiment {
     }
 
     /// Variables of the model that are recorded.
-    fn outputs(&self) -> Vec<&'static str>;
+    fn outputs(&self) -> Vec<&'static str> {
+        self.compared().to_vec()
+    }
+
+    /// Length in s of the segments of a record with a sample interval in s; nothing if a record is not cut.
+    fn length(&self, _step: f64) -> Option<f64> {
+        self.given().options.length
+    }
+
+    /// Samples at which a measured position does not change by more than its noise.
+    fn resting(&self, record: &Record) -> Vec<bool> {
+        match record.signals.contains_key("position") {
+            true => measured::resting(record, self.given().options.width),
+            false => vec![false; record.time.len()],
+        }
+    }
 
     /// Signals made ready at the communication points, samples that are compared, and notes.
     fn prepare(&self, record: &Record) -> (Signals, Vec<bool>, Vec<String>);
@@ -142,50 +186,119 @@ pub trait Experiment {
     fn inputs(&self, segment: &MeasuredSegment, values: &Values) -> Vec<(&'static str, Vec<f64>)>;
 
     /// Settings of a run, besides its start.
-    fn settings(&self, values: &Values) -> Values;
+    fn settings(&self, segment: &MeasuredSegment, values: &Values) -> Values;
 
     /// Compared signals at the communication points, of the recorded variables.
-    fn predict(&self, segment: &MeasuredSegment, outputs: Vec<Vec<f64>>, values: &Values) -> Vec<Vec<f64>>;
+    fn predict(&self, _segment: &MeasuredSegment, outputs: Vec<Vec<f64>>, _values: &Values) -> Vec<Vec<f64>> {
+        outputs
+    }
 
     /// Velocity, friction and load level, for a start of the fit.
     fn forces(&self, segment: &MeasuredSegment, values: &Values) -> Option<Forces>;
+
+    /// Starts of parameters of the machine that the data tell; `values` has the estimated ones.
+    fn guess(&self, _segments: &[MeasuredSegment], _values: &Values) -> Values {
+        Values::new()
+    }
 }
 
-/// The experiment of a name, `motion` or `rig`, for signals.
+/// Facts of a kind of experiment.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Kind {
+    /// Its name.
+    pub name: &'static str,
+    /// Signals that have to be measured.
+    pub required: &'static [&'static str],
+    /// Signals of which one of each pair has to be measured.
+    pub either: &'static [[&'static str; 2]],
+    /// Model whose parameters are known or estimated.
+    pub table: &'static str,
+    /// Model that is simulated.
+    pub simulated: &'static str,
+}
+
+const BENCH: &str = "FrictionBench";
+const CYLINDER: &str = "PneumaticServoCylinder";
+
+/// All kinds of experiments.
+pub const KINDS: [Kind; 5] = [
+    Kind {
+        name: "motion",
+        required: &["time"],
+        either: &[["position", "velocity"], ["frictionForce", "force"]],
+        table: BENCH,
+        simulated: BENCH,
+    },
+    Kind {
+        name: "force",
+        required: &["time", "force"],
+        either: &[["position", "velocity"]],
+        table: BENCH,
+        simulated: BENCH,
+    },
+    Kind {
+        name: "mechanical",
+        required: &["time", "position", "chamberA.pressure", "chamberB.pressure"],
+        either: &[],
+        table: CYLINDER,
+        simulated: BENCH,
+    },
+    Kind {
+        name: "pneumatic",
+        required: &["time", "position", "valveVoltage", "chamberA.pressure", "chamberB.pressure"],
+        either: &[],
+        table: CYLINDER,
+        simulated: CYLINDER,
+    },
+    Kind {
+        name: "rig",
+        required: &["time", "valveVoltage", "position"],
+        either: &[],
+        table: CYLINDER,
+        simulated: CYLINDER,
+    },
+];
+
+impl Kind {
+    /// The kind of a name.
+    ///
+    /// # Errors
+    /// [`Refused`] for a name that there is not.
+    pub fn of_name(name: &str) -> Result<&'static Self, Refused> {
+        let names = || KINDS.map(|kind| kind.name).join(", ");
+        let missing = || Refused(format!("experiment = {name} is refused: it must be one of {}", names()));
+        KINDS.iter().find(|kind| kind.name == name).ok_or_else(missing)
+    }
+
+    /// Refuses too few signals.
+    fn check(&self, signals: &BTreeSet<String>) -> Result<(), Refused> {
+        let name = self.name;
+        let missing: Vec<&str> = self.required.iter().copied().filter(|signal| !signals.contains(*signal)).collect();
+        if !missing.is_empty() {
+            let required = self.required.join(", ");
+            let missing = missing.join(", ");
+            return Err(Refused(format!("experiment {name} needs columns for {required}; {missing} is missing")));
+        }
+        match self.either.iter().find(|pair| !pair.iter().any(|signal| signals.contains(*signal))) {
+            Some([one, other]) => Err(Refused(format!("experiment {name} needs a column for {one} or {other}"))),
+            None => Ok(()),
+        }
+    }
+}
+
+/// An experiment of a kind.
 ///
 /// # Errors
-/// [`Refused`] for another name, or too few signals.
-pub fn of_name(
-    name: &str,
-    law: i32,
-    known: Values,
-    signals: &Signals,
-    options: Options,
-) -> Result<Box<dyn Experiment>, Refused> {
-    let signals: BTreeSet<String> = signals.keys().cloned().collect();
-    let needs = |required: &[&str]| match required.iter().find(|signal| !signals.contains(**signal)) {
-        Some(missing) => {
-            Err(Refused(format!("experiment {name} needs columns for {}; {missing} is missing", required.join(", "))))
-        }
-        None => Ok(()),
-    };
-    let given = |model| Given { model, law, known: known.clone(), signals: signals.clone(), options };
-    match name {
-        "rig" => {
-            needs(&["time", "valveVoltage", "position"])?;
-            Ok(Box::new(Rig::new(given(model("PneumaticServoCylinder")))))
-        }
-        "motion" => {
-            needs(&["time"])?;
-            for (one, other) in [("position", "velocity"), ("frictionForce", "force")] {
-                if !signals.contains(one) && !signals.contains(other) {
-                    return Err(Refused(format!("experiment {name} needs a column for {one} or {other}")));
-                }
-            }
-            Ok(Box::new(Motion::new(given(model("FrictionBench")))))
-        }
-        _ => Err(Refused(format!("experiment = {name} is refused: it must be motion or rig"))),
-    }
+/// [`Refused`] for too few signals.
+pub fn of_kind(given: Given) -> Result<Box<dyn Experiment>, Refused> {
+    given.kind.check(&given.signals)?;
+    Ok(match given.kind.name {
+        "motion" => Box::new(motion::Motion::new(given)),
+        "force" => Box::new(force::Force::new(given)),
+        "mechanical" => Box::new(mechanical::Mechanical::new(given)),
+        "pneumatic" => Box::new(pneumatic::Pneumatic::new(given)),
+        _ => Box::new(rig::Rig::new(given)),
+    })
 }
 
 /// A property of a sensor, of a bench or of the model, by its name, as an estimated parameter.
@@ -206,30 +319,40 @@ pub fn parameter(experiment: &dyn Experiment, name: &str) -> Result<Parameter, R
         }
         return Ok(found);
     }
-    let bench = experiment.given().model;
-    if name == "area" && bench.name == "FrictionBench" {
-        return Ok(Parameter::area());
+    let given = experiment.given();
+    if experiment.of_bench().contains(&name) {
+        let unit = BENCH_UNITS.iter().find(|(own, _)| *own == name).map_or("1", |(_, unit)| *unit);
+        return Ok(Parameter::of_bench(name, unit).expect("a property of a bench"));
     }
     // The cylinder has them, too; the bench gets the load level that they make.
-    let is_of_load = OF_LOAD.contains(&name) && bench.table().find(name).is_none();
-    let table = if is_of_load { model("PneumaticServoCylinder").table() } else { bench.table() };
+    let is_of_load = OF_LOAD.contains(&name) && given.table.table().find(name).is_none();
+    let table = if is_of_load { given.cylinder.table() } else { given.table.table() };
     let Some(entry) = table.find(name) else {
-        return Err(Refused(format!("there is no parameter {name} of {}", bench.name)));
+        return Err(Refused(format!("there is no parameter {name} of {}", given.table.name)));
     };
     Parameter::of_variable(entry.variable)
         .ok_or_else(|| Refused(format!("{name} is no real parameter, so that it cannot be estimated")))
 }
+
+/// SI units of the properties of benches.
+const BENCH_UNITS: [(&str, &str); 4] = [("area", "m2"), ("incline", "rad"), ("spring", "N/m"), ("springRest", "m")];
 
 /// A model of the library.
 pub(crate) fn model(name: &str) -> &'static Model {
     models::ALL.iter().find(|model| model.name == name).expect("a model of the library")
 }
 
-/// Model, law, known values and signals of an experiment.
+/// Kind, models, law, known values and signals of an experiment.
 #[derive(Clone)]
 pub struct Given {
+    /// Kind of the experiment.
+    pub kind: &'static Kind,
+    /// Model whose parameters are known or estimated.
+    pub table: &'static Model,
     /// Model that is simulated.
     pub model: &'static Model,
+    /// The cylinder, which has parameters of the load level.
+    pub cylinder: &'static Model,
     /// Number of the friction law.
     pub law: i32,
     /// Values that are fixed.
@@ -241,27 +364,33 @@ pub struct Given {
 }
 
 impl Given {
+    /// The settings of an experiment with models of the library.
+    pub fn new(
+        kind: &'static Kind,
+        law: i32,
+        known: Values,
+        signals: impl IntoIterator<Item = String>,
+        options: Options,
+    ) -> Self {
+        let signals = signals.into_iter().collect();
+        let [table, model, cylinder] = [kind.table, kind.simulated, CYLINDER].map(model);
+        Self { kind, table, model, cylinder, law, known, signals, options }
+    }
+
     /// Name of the friction law.
     pub fn law_name(&self) -> &'static str {
-        let (_, laws) = self.model.table().friction_law().expect("a model with a law");
+        let (_, laws) = self.table.table().friction_law().expect("a model with a law");
         laws.items.iter().find(|(id, ..)| *id == self.law).map_or("", |(_, name, _)| *name)
     }
 
     /// Prefix of the parameters of the law, with its dot; empty for a law without parameters.
     pub fn law_group(&self) -> String {
-        let table = self.model.table();
-        let of_law = |variable: &&Variable| {
-            variable.counts_for.is_some_and(|case| {
-                case.item == self.law && table.case(case).is_some_and(|(choice, _)| choice.name == "friction.law")
-            })
-        };
-        let first = table.parameters().find(of_law).and_then(|variable| variable.name.rsplit_once('.'));
-        first.map_or(String::new(), |(group, _)| format!("{group}."))
+        law::group(self.table, self.law)
     }
 
     /// A parameter: estimated, known, or by default.
     pub fn value(&self, name: &str, values: &Values) -> f64 {
-        let default = || self.model.table().find(name).and_then(|entry| entry.variable.start).unwrap_or(0.0);
+        let default = || self.table.table().find(name).and_then(|entry| entry.variable.start).unwrap_or(0.0);
         values.get(name).or_else(|| self.known.get(name)).copied().unwrap_or_else(default)
     }
 
@@ -291,8 +420,7 @@ impl Given {
         if delay == 0.0 {
             return segment.driven[name].clone();
         }
-        // A segment has the first sample of its record.
-        let places = segment.record.grid.iter().map(|time| time + delay);
+        let places = segment.record.grid.iter().map(|time| segment.whole.begin + time + delay);
         interpolate(places, &segment.whole.grid, &segment.whole.driven[name])
     }
 
@@ -319,12 +447,38 @@ impl Given {
         both.map(|(name, value)| (name.clone(), *value)).collect()
     }
 
+    /// Factor of a slope of the measured motion, as far as the gain of its sensor is known.
+    pub fn pace(&self) -> f64 {
+        let is_measured = self.signals.contains("velocity");
+        self.beside(if is_measured { "gain.velocity" } else { "gain.position" }, &Values::new(), 1.0)
+    }
+
+    /// Settings of a run under the law, with more values.
+    pub fn run(&self, values: &Values, more: &[(&str, f64)]) -> Values {
+        let mut settings = self.of_model(values);
+        settings.insert("friction.law".to_owned(), f64::from(self.law));
+        settings.extend(more.iter().map(|(name, value)| ((*name).to_owned(), *value)));
+        settings
+    }
+
+    /// Number of an item of an enumeration of the simulated model.
+    fn item(&self, name: &str, item: &str) -> f64 {
+        let variable = self.model.table().find(name).expect("a variable of the model").variable;
+        let variables::Kind::Enumeration(items) = variable.kind else { unreachable!("{name} is enumerated") };
+        items.items.iter().find(|(_, own, _)| *own == item).map_or(f64::NAN, |(id, ..)| f64::from(*id))
+    }
+
+    /// Whether a signal is measured.
+    pub fn has(&self, signal: &str) -> bool {
+        self.signals.contains(signal)
+    }
+
     /// Start values of readings as true values, as far as gains and offsets of sensors are known.
     pub fn corrected(&self, mut begin: Begin) -> Begin {
         let none = Values::new();
         for (name, value) in &mut begin.values {
-            if name == "velocity0" && !self.signals.contains("velocity") {
-                *value *= self.beside("gain.position", &none, 1.0);
+            if name == "velocity0" && !self.has("velocity") {
+                *value *= self.pace();
             } else {
                 *value = self.truth(name.trim_end_matches('0'), vec![*value], &none)[0];
             }

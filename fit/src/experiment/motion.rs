@@ -1,9 +1,8 @@
 //! A seal or a tribometer: the motion is prescribed, the force is measured.
 
-use pneumatic_servo::variables::Kind;
-
 use super::{Begin, Experiment, Forces, Given, MeasuredSegment};
 use crate::arrays::{gradient, interpolate};
+use crate::numerals::significant;
 use crate::parameter::Values;
 use crate::record::{Record, Signals};
 use crate::smoothing::{follow, noise};
@@ -22,18 +21,18 @@ pub struct Motion {
 impl Motion {
     /// The experiment for signals.
     pub(super) fn new(given: Given) -> Self {
-        let compared = if given.signals.contains("frictionForce") { "frictionForce" } else { "force" };
+        let compared = if given.has("frictionForce") { "frictionForce" } else { "force" };
         Self { given, compared: [compared] }
     }
 
     /// Whether the measured force includes the pressure force.
     fn has_pressure(&self) -> bool {
-        self.compared == ["force"] && self.given.signals.contains("pressure")
+        self.compared == ["force"] && self.given.has("pressure")
     }
 
     /// The signal that the motion is taken from.
     fn moving(&self) -> &'static str {
-        if self.given.signals.contains("position") { "position" } else { "velocity" }
+        if self.given.has("position") { "position" } else { "velocity" }
     }
 
     fn area(&self, values: &Values) -> f64 {
@@ -72,8 +71,9 @@ impl Motion {
         let pace = |from: usize| (path[from + number] - path[from]) / (number as f64 * segment.record.step);
         let (first, last) = (whole.grid[0], whole.grid[whole.grid.len() - 1]);
         for (value, time) in seen.iter_mut().zip(grid) {
-            *value += (time + delay - first).min(0.0) * pace(0);
-            *value += (time + delay - last).max(0.0) * pace(path.len() - 1 - number);
+            let late = whole.begin + time + delay;
+            *value += (late - first).min(0.0) * pace(0);
+            *value += (late - last).max(0.0) * pace(path.len() - 1 - number);
         }
         let gain = given.beside(&format!("gain.{moving}"), values, 1.0);
         let offset = if moving == "velocity" { given.beside("offset.velocity", values, 0.0) } else { 0.0 };
@@ -92,8 +92,12 @@ impl Experiment for Motion {
     }
 
     fn driving(&self) -> Vec<&'static str> {
-        let has = |signal: &&str| self.given.signals.contains(*signal);
+        let has = |signal: &&str| self.given.has(signal);
         std::iter::once(self.moving()).chain(["pressure", "normalForce"].into_iter().filter(has)).collect()
+    }
+
+    fn of_bench(&self) -> Vec<&'static str> {
+        vec!["area"]
     }
 
     fn unknown(&self) -> Vec<&'static str> {
@@ -110,7 +114,7 @@ impl Experiment for Motion {
         let position = match record.signals.get("position") {
             Some(measured) => {
                 let play = self.given.options.play.unwrap_or_else(|| 3.0 * noise(measured));
-                notes.push(format!("the position is followed with a play of {:.4} um", 1e6 * play));
+                notes.push(format!("the position is followed with a play of {} um", significant(1e6 * play, 3)));
                 let from: Vec<f64> = record.on_grid("position").iter().map(|value| value - measured[0]).collect();
                 follow(&from, play)
             }
@@ -143,16 +147,9 @@ impl Experiment for Motion {
     }
 
     /// Starts at rest at the first sample.
-    fn settings(&self, values: &Values) -> Values {
-        let drive = self.given.model.table().find("bench.drive").expect("a variable of FrictionBench").variable;
-        let Kind::Enumeration(drives) = drive.kind else { unreachable!("drives are enumerated") };
-        let prescribed = drives.items.iter().find(|(_, name, _)| *name == "PrescribedPosition");
-        let mut settings = self.given.of_model(values);
-        settings.insert("bench.drive".to_owned(), prescribed.map_or(f64::NAN, |(id, ..)| f64::from(*id)));
-        settings.insert("friction.law".to_owned(), f64::from(self.given.law));
-        settings.insert("driveVelocity".to_owned(), 0.0);
-        settings.insert("position0".to_owned(), 0.0);
-        settings
+    fn settings(&self, _: &MeasuredSegment, values: &Values) -> Values {
+        let prescribed = self.given.item("bench.drive", "PrescribedPosition");
+        self.given.run(values, &[("bench.drive", prescribed), ("driveVelocity", 0.0), ("position0", 0.0)])
     }
 
     /// Adds the force of the pressure.

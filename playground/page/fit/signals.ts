@@ -46,6 +46,6 @@ export function lacking(experiment: ExperimentName, signals: ReadonlySet<Signal>
   if (missing.length) return `experiment ${experiment} needs columns for ${required.join(", ")}; ${missing.join(", ")} is missing`;
   if (experiment === "rig") return null;
   if (!signals.has("position") && !signals.has("velocity")) return "experiment motion needs a column for position or velocity";
-  if (!signals.has("frictionForce") && !signals.has("force")) return "experiment motion needs a column for frictionForce, or for force";
+  if (!signals.has("frictionForce") && !signals.has("force")) return "experiment motion needs a column for frictionForce or force";
   return null;
 }

@@ -7,20 +7,15 @@ residuals of an experiment, and how its simulation changes.
 
 from __future__ import annotations
 
-from copy import copy
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pneumatic_servo import _native, effects
-from pneumatic_servo.identification.experiments import Experiment
+from pneumatic_servo import _native
 from pneumatic_servo.identification.fitted import Estimate, Fitted
-from pneumatic_servo.identification.parameters import DAMPING_SPEED, OF_LOAD, SPAN, Free, free_of, usual
-from pneumatic_servo.identification.problem import Problem
+from pneumatic_servo.identification.parameters import Free, free_of
 from pneumatic_servo.identification.residuals import Residuals
 from pneumatic_servo.identification.solve import native
-
-MODEL = "thermal.model"
 
 
 @dataclass(frozen=True)
@@ -66,24 +61,22 @@ class Cause:
 def causes(fit: Fitted, residuals: Residuals) -> tuple[Cause, ...]:
     """Return at most one setting and one sensor that explain much of what a fit leaves, the best first."""
     experiment = fit.problem.experiment
-    names, has_clock = _native.suspected(experiment.name)
     is_noise = _native.is_quiet([(rms, residuals.noise(signal)) for signal, rms in fit.rms.items()])
+    own, names, choices, has_clock = fit.problem.suspects()
     if is_noise and not has_clock:
         return ()
     problem = fit.problem.trained().bounded()
     # Start values of windows are the fitted ones.
     x = np.concatenate([fit.x, np.zeros(sum(problem.loose))])
-    settings = {free.name: free for name in _settings(problem, names) if (free := _freed(experiment, name)) is not None}
-    sensors = {name: free_of(name, experiment.table, experiment.compared, experiment.beside, name)
-               for name in _sensors(problem)}  # fmt: skip
-    choices = _choices(problem)
+    settings = {numbers[0]: Free.of(numbers, experiment.units) for numbers in own}
+    sensors = {name: free_of(name, experiment.table, experiment.compared, experiment.beside, name) for name in names}
 
     def changed(kind: str, name: str, item: str, clock: float) -> _native.LeastSquares:
         if kind == "clock":
             return native(replace(problem, clock=clock))
         if kind == "chosen":
-            other = copy(experiment)
-            other.settings = {**experiment.settings, name: item if name == MODEL else float(item)}
+            is_named = bool(experiment.table.variables[name].items)
+            other = experiment.with_setting(name, item if is_named else float(item))
             return native(replace(problem, experiment=other))
         return native(problem.with_free([*problem.free, settings.get(name) or sensors[name]]))
 
@@ -103,52 +96,3 @@ def causes(fit: Fitted, residuals: Residuals) -> tuple[Cause, ...]:
             estimate = Estimate(*interval, every[name].unit if name in every else "1")
         causes.append(Cause(name, given, estimate, signal, share, gain, tuple(alike), is_sensor, f"{text}."))
     return tuple(causes)
-
-
-def _choices(problem: Problem) -> list[tuple[str, str, list[str]]]:
-    """Return choices that are fixed: name, item, and the other items."""
-    experiment = problem.experiment
-    variables, settings = experiment.table.variables, experiment.settings
-    free = [free.name for free in problem.free]
-    found = []
-    if experiment.name in ("rig", "pneumatic") and not any(name.startswith("thermal.") for name in free):
-        model = str(settings.get(MODEL, variables[MODEL].default))
-        found.append((MODEL, model, [item for item in variables[MODEL].items if item != model]))
-    if experiment.law == "LuGre" and experiment.name != "pneumatic" and DAMPING_SPEED not in free:
-        speed = experiment.value(DAMPING_SPEED, {})
-        other = variables[DAMPING_SPEED].default if speed == 0.0 else 0.0
-        found.append((DAMPING_SPEED, f"{speed:g}", [f"{other:g}"]))
-    return found
-
-
-def _freed(experiment: Experiment, name: str) -> Free | None:
-    """Return a setting as something free that starts at its fixed value; None for one that is off, as a volume of 0."""
-    given = experiment.beside_value(name, {}, 1.0) if name in OF_LOAD else experiment.value(name, {})
-    if name in experiment.table.inputs:
-        unit = experiment.table.variables[name].unit
-        return Free(name, unit, given, given / SPAN, given * SPAN, 0.0) if given > 0.0 else None
-    free = free_of(name, experiment.table, experiment.compared, experiment.beside, name)
-    if free.is_logarithmic and not given > 0.0:
-        return None
-    return replace(free, unit=experiment.units.of(free.unit)).at(given)
-
-
-def _settings(problem: Problem, names: list[str]) -> list[str]:
-    """Return the settings of the machine and its law that are fixed and have an effect."""
-    experiment = problem.experiment
-    table = experiment.table
-    law = [] if experiment.name == "pneumatic" else usual(experiment.law, table, experiment.settings)
-    known = {free.name for free in problem.free} | experiment.signals
-    settings = {**experiment.settings, "friction.law": experiment.law}
-    return [
-        name
-        for name in dict.fromkeys([*names, *law])
-        if (name in table.variables or name in OF_LOAD) and name not in known
-        and not effects.reason_for(table.variables, settings, name)
-    ]  # fmt: skip
-
-
-def _sensors(problem: Problem) -> list[str]:
-    """Return the gains, offsets, delays and lags that are neither free nor given."""
-    known = {*problem.experiment.settings, *(free.name for free in problem.free)}
-    return [name for name in problem.experiment.beside if "." in name and name not in known]

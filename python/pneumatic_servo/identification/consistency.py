@@ -9,8 +9,7 @@ from numpy.typing import NDArray
 
 from pneumatic_servo.argument_names import quoted
 from pneumatic_servo.errors import warn
-from pneumatic_servo.identification.experiments import Experiment, Window
-from pneumatic_servo.identification.experiments.cylinder import OfCylinder
+from pneumatic_servo.identification.experiments import OF_CYLINDER, Experiment, Window
 from pneumatic_servo.identification.smoothing import slope, smooth
 
 Array = NDArray[np.float64]
@@ -37,7 +36,7 @@ def compare(experiment: Experiment, windows: Sequence[Window]) -> None:
         return
     speed = np.concatenate([_speed(experiment, window) for window in windows])
     step = windows[0].record.step
-    if isinstance(experiment, OfCylinder):
+    if experiment.name in OF_CYLINDER:
         _check_chambers(experiment, windows, speed, step)
         _check_voltage(experiment, windows, speed)
         return
@@ -71,7 +70,7 @@ def _check_velocity(experiment: Experiment, windows: Sequence[Window]) -> None:
         )
 
 
-def _check_chambers(experiment: OfCylinder, windows: Sequence[Window], speed: Array, step: float) -> None:
+def _check_chambers(experiment: Experiment, windows: Sequence[Window], speed: Array, step: float) -> None:
     needed = {"position", "chamberA.pressure", "chamberB.pressure"}
     if not all(needed <= window.record.signals.keys() for window in windows):
         return

@@ -9,13 +9,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from pneumatic_servo import _native
 from pneumatic_servo.argument_names import quoted
 from pneumatic_servo.identification.signals import SLIDING, Units
 from pneumatic_servo.model import Model
 from pneumatic_servo.names import did_you_mean
 from pneumatic_servo.numerals import finite
 from pneumatic_servo.units import has_unit, written
-from pneumatic_servo.variables import Value, Variable
+from pneumatic_servo.variables import Value
 
 Array = NDArray[np.float64]
 
@@ -62,6 +63,12 @@ class Free:
     is_given: bool = False
     is_bounded: bool = False
     legal: tuple[float, float] = (-math.inf, math.inf)
+
+    @staticmethod
+    def of(defined: _native.Defined, units: Units = SLIDING) -> Free:
+        """Return a parameter that the crate defines, with a unit of the machine."""
+        name, unit, start, low, high, scale, least, most = defined
+        return Free(name, units.of(unit), start, low, high, scale, legal=(least, most))
 
     @property
     def is_logarithmic(self) -> bool:
@@ -152,53 +159,28 @@ def free_of(name: str, model: Model, compared: Sequence[str], beside: Mapping[st
             there = [known.partition(".")[2] for known in beside if known.startswith(f"{kind}.")]
             place = "compared" if kind == "lag" else "compared or driving"
             raise ValueError(f"{where}: {signal} is not {place} here, only {', '.join(there)}")
-        if kind == "delay":
-            return Free(name, "s", 0.0, -0.5, 0.5, 0.02)
-        if kind == "lag":
-            return Free(name, "s", 0.0, 0.0, 0.5, 0.02, legal=(0.0, math.inf))
-        if kind == "gain":
-            return Free(name, beside[name], 1.0, -math.inf, math.inf, 1.0)
-        return Free(name, beside[name], 0.0, -math.inf, math.inf, _OFFSETS[beside[name]])
-    if name == "incline" and name in beside:
-        return Free(name, "rad", 0.0, -0.5 * math.pi, 0.5 * math.pi, 0.1, legal=(-0.5 * math.pi, 0.5 * math.pi))
-    if name == "spring" and name in beside:
-        return Free(name, beside[name], 100.0, 0.0, math.inf, 100.0, legal=(0.0, math.inf))
-    if name == "springRest" and name in beside:
-        return Free(name, beside[name], 0.0, -math.inf, math.inf, 0.01)
-    if name == "area":
+        found = _native.sensor_parameter(kind, signal, beside[name])
+    elif name in beside:
+        found = _native.bench_parameter(name, beside[name])
+    elif name == "area":
         if "force" not in compared:
             raise ValueError(f"{where}: area needs the columns force and pressure, in the experiment motion")
-        return Free(name, "m2", math.nan, -math.inf, math.inf, 1e-4)
-    if name in OF_LOAD and name not in model.variables:
-        return _of(Model().variables[name], where)
-    try:
-        variable = model.variables[name]
-    except KeyError as error:
-        raise ValueError(f"{where}: {error.args[0]}") from None
-    return _of(variable, where)
+        found = _native.bench_parameter(name, "m2")
+    elif name in OF_LOAD and name not in model.variables:
+        found = _native.model_parameter(Model()._native, name)
+    else:
+        try:
+            name = model.variables[name].name
+        except KeyError as error:
+            raise ValueError(f"{where}: {error.args[0]}") from None
+        found = _native.model_parameter(model._native, name)
+    if found is None:
+        raise ValueError(f"{where}: {name} is no real parameter, so that it cannot be fitted")
+    return replace(Free.of(found), unit=beside.get(name, found[1]))
 
 
 OF_LOAD = ("friction.kappaA", "friction.direction.factor")
 """Parameters of the cylinder that make the load level of a test bench."""
-_OFFSETS = {"m": 1e-4, "N": 1.0, "Pa": 1e3, "m/s": 1e-2, "V": 0.1, "rad": 1e-3, "rad/s": 1e-2, "N.m": 1.0, "A": 0.1}
-"""Magnitudes of the offsets of sensors."""
-
-
-def _of(variable: Variable, where: str) -> Free:
-    if variable.role not in ("fixed", "tunable") or variable.kind != "real":
-        raise ValueError(f"{where}: {variable.name} is no real parameter, so that it cannot be fitted")
-    assert isinstance(variable.default, float)
-    least = -math.inf if variable.minimum is None else variable.minimum
-    most = math.inf if variable.maximum is None else variable.maximum
-    start = variable.default
-    # Viscous friction, heat transfer and the like may well be 0, which has no logarithm.
-    if least >= 0.0 and start > 0.0 and variable.unit not in ("N.s/m", "W/(m2.K)") and most > 1.0:
-        return Free(variable.name, variable.unit, start, max(least, start / SPAN), min(most, start * SPAN), 0.0,
-                    legal=(least, most))  # fmt: skip
-    nominal = variable.nominal or 0.0
-    default = 1e-6 if variable.unit == "1/Pa" else 1.0
-    scale = abs(start) or nominal or default
-    return Free(variable.name, variable.unit, start, least, most, scale, legal=(least, most))
 
 
 def _check_range(free: Free, low: float, high: float, where: str) -> None:
@@ -241,26 +223,6 @@ def usual(law: str, model: Model, settings: Mapping[str, Value]) -> list[str]:
     and Leuven the exponent that says how sharply presliding ends. The rate of GMS, and forces and coefficients that are
     0 by default, without effect, stay as they are.
     """
-    group = group_of(law, model) + "."
-    if law == "Table":
-        # The speeds are where the forces are asked for, and viscous friction is part of these.
-        sides = {side: int(settings.get(f"{group}{side}.points", 11)) for side in ("outwards", "inwards")}
-        return [f"{group}{side}.force[{place}]" for side, points in sides.items() for place in range(1, points + 1)]
-    elements = model.parameters.get(f"{group}N")
-    number = 0 if elements is None else int(settings.get(f"{group}N", elements.default or 0))
-    units = ("N", "N/m", "N.s/m", "m/s", "1/m", "m")
-    names = []
-    for variable in model.parameters.values():
-        has_no_unit = variable.name.startswith(f"{group}alpha[") or variable.name == f"{group}n"
-        if not variable.name.startswith(group) or not (variable.unit in units or has_no_unit):
-            continue
-        if variable.name.endswith("stribeck.FsInf"):
-            continue
-        is_element = "[" in variable.name
-        if is_element and int(variable.name.split("[")[1][:-1]) > number:
-            continue
-        if variable.default == 0.0 and (is_element or variable.unit == "N"):
-            continue
-        names.append(variable.name)
-    # The shares multiply the level, so that one of both stays as it is.
-    return [name for name in names if not (f"{group}alpha[1]" in names and name == f"{group}Fc")]
+    group_of(law, model)
+    known = {name: float(value) for name, value in settings.items() if isinstance(value, float | int)}
+    return _native.usual_parameters(model._native, model.parameters["friction.law"].ids[law], known)

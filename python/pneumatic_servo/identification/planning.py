@@ -329,10 +329,9 @@ def imagined(kind: Experiment, time: Array, course: Array, values: Mapping[str, 
     step = float(time[1])
     if kind.name == "motion":
         return Record("plan", time, 0.0, {"position": course, "frictionForce": np.zeros_like(course)})
-    settings = {**kind.of_model(values), "friction.law": kind.law}
     runs = kind.simulated._run_many(
-        [settings], common={}, inputs={"valveVoltage": (time, course[None, :])}, stop=float(time[-1]), step=step,
-        outputs=["position", "chamberA.pressure", "chamberB.pressure"],
+        [kind.under_law(values)], common={}, inputs={"valveVoltage": (time, course[None, :])}, stop=float(time[-1]),
+        step=step, outputs=["position", "chamberA.pressure", "chamberB.pressure"],
     )  # fmt: skip
     if runs.failures:
         return next(iter(runs.failures.values()))

@@ -11,8 +11,7 @@ from scipy.ndimage import median_filter
 
 from pneumatic_servo.argument_names import quoted
 from pneumatic_servo.errors import warn
-from pneumatic_servo.identification.experiments import Experiment
-from pneumatic_servo.identification.experiments.cylinder import OfCylinder
+from pneumatic_servo.identification.experiments import OF_CYLINDER, Experiment
 from pneumatic_servo.identification.parameters import DAMPING_SPEED
 from pneumatic_servo.identification.signals import SIGNALS, Units
 from pneumatic_servo.identification.smoothing import noise
@@ -46,13 +45,6 @@ UNITS, LEAST, MOST = ("Pa", "kPa", "mbar", "bar", "psi", "MPa"), 0.3, 1.5
 """Units that pressures are taken for each other in, and shares of the supply between which one is likely."""
 BADLY = 0.5
 """A model that leaves more than this share of a signal's spread does not describe it."""
-MACHINE = {
-    "rig": ("cylinder.bore", "cylinder.rod", "cylinder.stroke", "mass.moving", "valve.C"),
-    "pneumatic": ("cylinder.bore", "cylinder.rod", "cylinder.stroke", "valve.C"),
-    "force": ("mass",),
-    "mechanical": ("cylinder.bore", "cylinder.rod", "mass.moving"),
-}
-"""Parameters of a user's machine in each experiment."""
 
 
 def checked(experiment: Experiment, data: Sequence[Measured], loss: str) -> tuple[list[Measured], list[str]]:
@@ -87,7 +79,7 @@ def assumed(experiment: Experiment, free: Sequence[str]) -> list[str]:
         )
     # Its default is another form of the law than the first publication's.
     law = (DAMPING_SPEED,) if experiment.law == "LuGre" and experiment.name != "pneumatic" else ()
-    names = [name for name in (*MACHINE.get(experiment.name, ()), *law) if name not in known]
+    names = [name for name in (*experiment.native.machine, *law) if name not in {*known, "supplyPressure"}]
     if not names:
         return []
     values = ", ".join(f"{name} = {table.variables[name].default:g} {table.variables[name].unit}" for name in names)
@@ -112,7 +104,7 @@ def _check_interval(experiment: Experiment, source: Measured) -> None:
     what = f"{source.name}: time ({source.written.get('time', 'in s')}): samples are {usual:.4g} s apart"
     if usual < TOO_FAST:
         raise ValueError(f"{what}, which no rig does; is the unit right? time=...[s] or [ms] says it")
-    is_of_cylinder = isinstance(experiment, OfCylinder)
+    is_of_cylinder = experiment.name in OF_CYLINDER
     if usual <= (SLOW if is_of_cylinder else TOO_SLOW):
         return
     hint = f"{what}, too far to see the carriage start and stop; is it in ms? then write time=...[ms]"
@@ -132,7 +124,7 @@ def _check_ranges(experiment: Experiment, source: Measured) -> None:
             _check_pressure(source, signal, low, high)
             if signal != "supplyPressure":
                 _check_below_supply(experiment, source, signal, high)
-        elif signal == "valveVoltage" and isinstance(experiment, OfCylinder):
+        elif signal == "valveVoltage" and experiment.name in OF_CYLINDER:
             _check_voltage(experiment, source, low, high)
 
 
@@ -182,7 +174,7 @@ def _check_voltage(experiment: Experiment, source: Measured, low: float, high: f
 def check_known_pressures(experiment: Experiment) -> None:
     """Refuse a supply that nobody has, in Pa."""
     supply = experiment.settings.get("supplyPressure")
-    if isinstance(experiment, OfCylinder) and supply is not None and float(supply) < EMPTY:
+    if experiment.name in OF_CYLINDER and supply is not None and float(supply) < EMPTY:
         raise ValueError(
             f"{quoted('settings', {'supplyPressure': supply})}: pressures are absolute and in Pa; did you mean "
             f"{supply:g} bar, which is {1e5 * float(supply):g} Pa?"
@@ -211,7 +203,7 @@ def _check_below_supply(experiment: Experiment, source: Measured, signal: str, h
     supply = experiment.settings.get("supplyPressure")
     if "supplyPressure" in source.signals:
         supply = float(np.max(source.signals["supplyPressure"]))
-    if not isinstance(experiment, OfCylinder) or supply is None or not EMPTY < float(supply) < high / BEYOND:
+    if experiment.name not in OF_CYLINDER or supply is None or not EMPTY < float(supply) < high / BEYOND:
         return
     row = int(np.argmax(source.signals[signal]))
     unit = source.written.get(signal, "").rpartition(" in ")[2] or "Pa"

@@ -13,7 +13,6 @@ from pneumatic_servo import _native
 from pneumatic_servo.argument_names import quoted
 from pneumatic_servo.errors import warn
 from pneumatic_servo.identification.experiments import Experiment, Window
-from pneumatic_servo.identification.experiments.base import SHORTEST, Around
 from pneumatic_servo.identification.parameters import Free, viscous_of
 from pneumatic_servo.identification.records import Record
 from pneumatic_servo.identification.sensor import Sensor
@@ -108,20 +107,7 @@ class Problem:
         named = {*experiment.settings, *(one.name for one in free)}
         for record in [*records, *extra]:
             share = 1.0 if any(record is other for other in extra) else validation
-            limit = record.time[-1] * (1.0 - share) if share > 0.0 else np.inf
-            parts = experiment.windows(record)
-            prepared = [experiment.prepare(part) for part in parts]
-            is_whole = len(parts) == 1 and len(parts[0].time) == len(record.time)
-            whole = prepared[0][0] if is_whole else experiment.prepare(record)[0]
-            for part, (driven, used) in zip(parts, prepared, strict=True):
-                held = part.time + part.begin - record.begin > limit if share < 1.0 else np.ones_like(used)
-                fitted = np.flatnonzero(used & ~held)
-                if len(fitted) and fitted[-1] + 1 < SHORTEST:
-                    # The rest of a part is too short to be run.
-                    held = np.ones_like(used)
-                begin = experiment.corrected(experiment.begin(part, driven)).without(named)
-                around = Around(part.begin - record.begin, record.grid, whole)
-                windows.append(Window(part, driven, held, used, begin, around))
+            windows += experiment.windows(record, share, named)
         courses = {signal: [window.record.signals[signal] for window in windows] for signal in experiment.compared}
         sensors = {signal: Sensor.of(measured) for signal, measured in courses.items()}
         return Problem(experiment, tuple(windows), tuple(free), sensors)
@@ -228,7 +214,7 @@ class Problem:
                 lacking = [vector for vector, courses in enumerate(near) if courses is None]
                 for vector, courses in enumerate(near):
                     if courses is not None:
-                        found[vector][index] = self._compare(self.windows[index], courses, every[1 + vector][0])
+                        found[vector][index] = self._compare(index, courses, every[1 + vector][0])
                 if lacking:
                     runs: list[list[dict[str, Array]]] = [[{} for _ in self.windows] for _ in lacking]
                     self._simulate([index], [every[1 + vector] for vector in lacking], runs)
@@ -337,16 +323,6 @@ class Problem:
         """The derivatives of these, of shape (vector,)."""
         return self.pulls(self.start + 1.0)
 
-    def likely_sensors(self, x: Array) -> dict[str, Sensor]:
-        """Return sensors with the noise under which the residuals of a vector are most likely."""
-        [differences] = self.differences([x])
-        found = {}
-        for signal, sensor in self.sensors.items():
-            parts = [d[signal][w.used & ~w.held] for w, d in zip(self.windows, differences, strict=True)]
-            rest = np.concatenate(parts)
-            found[signal] = sensor.with_noise_of(rest) if np.all(np.isfinite(rest)) else sensor
-        return found
-
     def rms(self, x: Array, *, held: bool = False) -> dict[str, float]:
         """Return the rms of measured minus simulated by signal; empty if there are no such samples."""
         [differences] = self.differences([x])
@@ -383,13 +359,9 @@ class Problem:
         _, places = np.unique(np.concatenate(blocks), return_inverse=True)
         return places.astype(np.int64)
 
-    def records(self) -> NDArray[np.int64]:
-        """Return the number of the record, a table or set of arrays, of each sample."""
-        names = list(dict.fromkeys(window.record.name for window in self.windows))
-        compared = len(self.experiment.compared)
-        return np.concatenate([
-            np.full(window.fitted * compared, names.index(window.record.name)) for window in self.windows
-        ])  # fmt: skip
+    def suspects(self) -> _native.Suspects:
+        """Return what may be a cause of residuals: settings, properties of sensors, choices, and whether a clock."""
+        return self.experiment.native.suspects([free.name for free in self.free])
 
     def groups(self) -> list[list[int]]:
         """Windows of the same times, which are simulated in one call."""
@@ -406,7 +378,7 @@ class Problem:
             self.refusals[:] = [next(iter(runs.failures.values()))]
         for run, (vector, index) in enumerate(pairs):
             courses = {name: runs[name][run] for name in outputs}
-            found[vector][index] = self._compare(self.windows[index], courses, every[vector][0])
+            found[vector][index] = self._compare(index, courses, every[vector][0])
 
     def run(self, group: list[int], every: Vectors, outputs: Sequence[str], most: int | None = None) -> Runs:
         """Make the runs of a group of windows under vectors."""
@@ -444,17 +416,8 @@ class Problem:
             for name, course in self.experiment.inputs(window, values).items()
         }
 
-    def _compare(self, window: Window, outputs: Mapping[str, Array], values: Mapping[str, float]) -> dict[str, Array]:
-        record = window.record
-        predicted = self.experiment.predict(window, outputs, values)
-        differences = {}
-        for signal, course in predicted.items():
-            # A late sensor shows earlier true values.
-            delay = self.experiment.beside_value(f"delay.{signal}", values, 0.0)
-            passed = self.experiment.filtered(signal, course, self.clock * record.step, values)
-            seen = np.interp(record.time - delay / self.clock, record.grid, passed)
-            differences[signal] = record.signals[signal] - self.experiment.read(signal, seen, values)
-        return differences
+    def _compare(self, index: int, outputs: Mapping[str, Array], values: Mapping[str, float]) -> dict[str, Array]:
+        return self.experiment.differences(self.windows[index], outputs, values, self.clock)
 
 
 def check_jac(jac: str) -> None:

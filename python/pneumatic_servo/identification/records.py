@@ -54,6 +54,11 @@ class Record:
         """Communication points of a simulation of this record, in s: its usual interval, up to its end."""
         return np.arange(int(np.floor(self.time[-1] / self.step + 1e-6)) + 1, dtype=np.float64) * self.step
 
+    @property
+    def numbers(self) -> tuple[Array, float, dict[str, Array]]:
+        """The record as the crate takes it."""
+        return plain(self.time), self.begin, {name: plain(values) for name, values in self.signals.items()}
+
     def on_grid(self, signal: str) -> Array:
         """Return a signal at the communication points, on straight lines between its samples."""
         return np.interp(self.grid, self.time, self.signals[signal])
@@ -118,3 +123,8 @@ def _check_motion(records: Iterable[Record]) -> None:
         moved = [np.ptp(record.signals[signal]) for record in records if signal in record.signals]
         if moved and max(moved) == 0.0:
             raise ValueError(f"{signal} never changes: all at rest, so that nothing can be learned of friction")
+
+
+def plain(values: Array) -> Array:
+    """Return an array as the crate takes it."""
+    return np.ascontiguousarray(values, dtype=np.float64)

@@ -7,14 +7,11 @@ passes into the parameters. Where a force is exact, nothing has to be forgotten:
 from __future__ import annotations
 
 from collections.abc import Sequence
-from copy import copy
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pneumatic_servo.identification.experiments import Pushed
-from pneumatic_servo.identification.experiments.balance import Balance
 from pneumatic_servo.identification.parameters import Free, group_of
 from pneumatic_servo.identification.problem import Problem
 from pneumatic_servo.identification.records import Record
@@ -52,14 +49,14 @@ def from_balance(
     """
     experiment = problem.experiment
     if not (
-        isinstance(experiment, Pushed)
-        and experiment.options.window_is_chosen is False
+        experiment.native.is_pushed
+        and experiment.options.window is None
         and "position" in experiment.signals
         and remembers(experiment.law, experiment.table)
     ):
         return problem
     watch.stage("balance of forces")
-    uncut = _uncut(experiment)
+    uncut = experiment.with_options(window=WHOLE, smooths=False)
     whole = replace(
         Problem.of(uncut, records, problem.free, validation, extra), workers=problem.workers, step=STEP,
         exactness=TOLERANCE,
@@ -67,8 +64,8 @@ def from_balance(
     free = _balanced(whole)
     if free is None:
         return problem
-    short, whole = _better(problem, free), whole.with_free(free)
     watch.stage("whole records")
+    short, whole = _better(problem, free), whole.with_free(free)
     trained = whole.trained().bounded()
     found = refine(trained, trained.start, "linear", watch, ROUGH)
     if 2.0 * found.cost >= AT_NOISE * trained.size:
@@ -77,18 +74,10 @@ def from_balance(
     return whole.begun(trained, found.x).with_free(_at(free, found.x))
 
 
-def _uncut(experiment: Pushed) -> Pushed:
-    uncut = copy(experiment)
-    uncut.notes = []
-    uncut.options = replace(experiment.options, window=WHOLE, smooths=False)
-    return uncut
-
-
 def _balanced(whole: Problem) -> list[Free] | None:
     """Return the estimated parameters that best balance the forces along the measured motion."""
-    assert isinstance(whole.experiment, Pushed)
-    balance = Balance(whole.experiment)
-    windows = [balance.window_of(window.record, window.held) for window in whole.windows]
+    balance = whole.experiment.balance()
+    windows = [balance.balanced(window) for window in whole.windows]
     used = tuple(window for window in windows if window.fitted)
     if not used:
         return None

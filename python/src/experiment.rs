@@ -1,0 +1,400 @@
+//! Experiments of the crate `fit`, and what it tells of their parameters.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use numpy::ndarray::Array1;
+use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
+use pneumatic_servo::model;
+use pneumatic_servo_fit::candidates::{self, Named};
+use pneumatic_servo_fit::experiment::{
+    self, Balance, Begin, Forces, Given, KINDS, Kind, MeasuredSegment, OfRecord, Options, Whole, of_kind,
+    pressure_force,
+};
+use pneumatic_servo_fit::guess::{self, Law};
+use pneumatic_servo_fit::law;
+use pneumatic_servo_fit::parameter::{Parameter, Values};
+use pneumatic_servo_fit::record::{Record, Signals};
+use pyo3::exceptions::PyKeyError;
+use pyo3::prelude::*;
+
+use crate::failure::refused;
+use crate::model::Model;
+use crate::own;
+
+type Array<'py> = Bound<'py, PyArray1<f64>>;
+type Read<'py> = PyReadonlyArray1<'py, f64>;
+type Flags<'py> = Bound<'py, PyArray1<bool>>;
+type ReadFlags<'py> = PyReadonlyArray1<'py, bool>;
+type Courses<'py> = BTreeMap<String, Read<'py>>;
+type Made<'py> = BTreeMap<String, Array<'py>>;
+/// Times in s, time of the table that is 0, and signals.
+type Measured<'py> = (Read<'py>, f64, Courses<'py>);
+/// Load level 1 in N, width in s, play in m, length in s, whether inputs are on lines, and whether forces are smoothed.
+type Chosen = (f64, f64, Option<f64>, Option<f64>, bool, bool);
+/// Name, SI unit, start, lower and upper bound, scale, and the smallest and largest value that the model accepts.
+type Defined = (String, String, f64, f64, f64, f64, f64, f64);
+/// First sample, signals made ready, compared samples, validation data, start values, and names of the estimated ones.
+type Cut<'py> = (usize, Made<'py>, Flags<'py>, Flags<'py>, Values, Vec<String>);
+/// Settings, names of properties of sensors, choices, and whether a wrong clock shows.
+type Suspects = (Vec<Defined>, Vec<String>, Vec<(String, String, Vec<String>)>, bool);
+
+/// Adds what the Python package uses.
+pub fn fill(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add_class::<Experiment>()?;
+    module.add_class::<Segment>()?;
+    module.add_function(wrap_pyfunction!(bench_parameter, module)?)?;
+    module.add_function(wrap_pyfunction!(deflection, module)?)?;
+    module.add_function(wrap_pyfunction!(element_ends, module)?)?;
+    module.add_function(wrap_pyfunction!(element_starts, module)?)?;
+    module.add_function(wrap_pyfunction!(experiments, module)?)?;
+    module.add_function(wrap_pyfunction!(friction_levels, module)?)?;
+    module.add_function(wrap_pyfunction!(model_parameter, module)?)?;
+    module.add_function(wrap_pyfunction!(presliding, module)?)?;
+    module.add_function(wrap_pyfunction!(sensor_parameter, module)?)?;
+    module.add_function(wrap_pyfunction!(usual_parameters, module)?)
+}
+
+/// An experiment with measured signals.
+#[pyclass(frozen)]
+pub struct Experiment {
+    inner: Box<dyn experiment::Experiment>,
+}
+
+/// A segment of a record.
+#[pyclass(frozen)]
+pub struct Segment {
+    inner: MeasuredSegment,
+}
+
+fn model_of(name: &str) -> PyResult<&'static model::Model> {
+    own::all().find(|model| model.name == name).ok_or_else(|| refused(format!("there is no model {name}")))
+}
+
+#[pymethods]
+impl Experiment {
+    #[new]
+    fn new(name: &str, law: i32, known: Values, signals: Vec<String>, options: Chosen) -> PyResult<Self> {
+        let (rated, width, play, length, has_lines, smooths) = options;
+        let kind = Kind::of_name(name).map_err(|why| refused(why.0))?;
+        let given = Given {
+            kind,
+            table: model_of(kind.table)?,
+            model: model_of(kind.simulated)?,
+            cylinder: model_of("PneumaticServoCylinder")?,
+            law,
+            known,
+            signals: signals.into_iter().collect(),
+            options: Options { rated, width, play, length, has_lines, smooths },
+        };
+        Ok(Self { inner: of_kind(given).map_err(|why| refused(why.0))? })
+    }
+
+    /// Its balance of forces, if measured forces move a mass.
+    fn balance(&self) -> Option<Self> {
+        let balance = Balance::of(self.inner.given())?;
+        Some(Self { inner: Box::new(balance) })
+    }
+
+    /// Signals that are compared.
+    #[getter]
+    fn compared(&self) -> Vec<&'static str> {
+        self.inner.compared().to_vec()
+    }
+
+    /// Measured signals that drive the model.
+    #[getter]
+    fn driving(&self) -> Vec<&'static str> {
+        self.inner.driving()
+    }
+
+    /// Parameters that the model has no default of.
+    #[getter]
+    fn unknown(&self) -> Vec<&'static str> {
+        self.inner.unknown()
+    }
+
+    /// Parameters that each machine has of its own.
+    #[getter]
+    fn machine(&self) -> Vec<&'static str> {
+        self.inner.machine().to_vec()
+    }
+
+    /// Variables of the model that are recorded.
+    #[getter]
+    fn outputs(&self) -> Vec<&'static str> {
+        self.inner.outputs()
+    }
+
+    /// Names of properties of sensors.
+    #[getter]
+    fn sensors(&self) -> Vec<String> {
+        candidates::sensors(&*self.inner)
+    }
+
+    /// Names of properties of a bench that its model does not have.
+    #[getter]
+    fn of_bench(&self) -> Vec<&'static str> {
+        self.inner.of_bench()
+    }
+
+    /// Whether measured forces move a mass.
+    #[getter]
+    fn is_pushed(&self) -> bool {
+        Balance::of(self.inner.given()).is_some()
+    }
+
+    /// Samples at which a measured position does not change by more than its noise.
+    fn resting<'py>(&self, py: Python<'py>, record: Measured<'py>) -> Flags<'py> {
+        self.inner.resting(&record_of(&record)).into_pyarray(py)
+    }
+
+    /// Length in s of the segments of a record with a sample interval in s; nothing if a record is not cut.
+    fn length(&self, step: f64) -> Option<f64> {
+        self.inner.length(step)
+    }
+
+    /// Segments of a record, signals of the whole record made ready, and notes.
+    fn segments<'py>(
+        &self,
+        py: Python<'py>,
+        record: Measured<'py>,
+        share: f64,
+        named: Vec<String>,
+    ) -> (Made<'py>, Vec<Cut<'py>>, Vec<String>) {
+        let is_named = |name: &str| named.iter().any(|own| own == name);
+        let record = record_of(&record);
+        let OfRecord { segments, notes } = experiment::segments(&*self.inner, &record, 0, share, &is_named);
+        let whole = segments.first().map(|(_, segment)| made(py, segment.whole.driven.clone())).unwrap_or_default();
+        let cut = |(first, segment): (usize, MeasuredSegment)| {
+            let Begin { values, estimated } = segment.begin;
+            let [used, is_validation] = [segment.used, segment.is_validation].map(|flags| flags.into_pyarray(py));
+            (first, made(py, segment.driven), used, is_validation, values, estimated)
+        };
+        (whole, segments.into_iter().map(cut).collect(), notes)
+    }
+
+    /// A whole record as a segment of the balance of forces: its record, signals made ready, and compared samples.
+    fn balanced<'py>(
+        &self,
+        py: Python<'py>,
+        record: Measured<'py>,
+        is_validation: ReadFlags<'py>,
+    ) -> Option<(Array<'py>, Made<'py>, Made<'py>, Flags<'py>)> {
+        let is_validation = is_validation.as_array().to_vec();
+        let segment = Balance::of(self.inner.given())?.segment(&record_of(&record), &is_validation);
+        let Record { time, signals, .. } = segment.record;
+        Some((array(py, time), made(py, signals), made(py, segment.driven), segment.used.into_pyarray(py)))
+    }
+
+    /// Inputs at the communication points.
+    fn inputs<'py>(&self, py: Python<'py>, segment: &Segment, values: Values) -> Made<'py> {
+        let inputs = self.inner.inputs(&segment.inner, &values);
+        inputs.into_iter().map(|(name, course)| (name.to_owned(), array(py, course))).collect()
+    }
+
+    /// Known and estimated values that the model has, and the law.
+    fn under_law(&self, values: Values) -> Values {
+        self.inner.given().run(&values, &[])
+    }
+
+    /// Settings of a run, besides its start.
+    fn settings(&self, segment: &Segment, values: Values) -> Values {
+        self.inner.settings(&segment.inner, &values)
+    }
+
+    /// Compared signals at the communication points, of the recorded variables.
+    fn predict<'py>(
+        &self,
+        py: Python<'py>,
+        segment: &Segment,
+        outputs: Courses<'py>,
+        values: Values,
+    ) -> PyResult<Made<'py>> {
+        let predicted = self.predicted(segment, &outputs, &values)?;
+        Ok(self.by_signal(py, predicted))
+    }
+
+    /// Measured minus simulated readings of the compared signals, of the recorded variables. True time is the record's,
+    /// times a clock.
+    fn differences<'py>(
+        &self,
+        py: Python<'py>,
+        segment: &Segment,
+        outputs: Courses<'py>,
+        values: Values,
+        clock: f64,
+    ) -> PyResult<Made<'py>> {
+        let (given, record) = (self.inner.given(), &segment.inner.record);
+        let predicted = self.predicted(segment, &outputs, &values)?;
+        let difference = |(signal, truth): (&&'static str, Vec<f64>)| {
+            let seen = given.read(record, clock, signal, &truth, &values);
+            record.of(signal).iter().zip(seen).map(|(measured, seen)| measured - seen).collect()
+        };
+        Ok(self.by_signal(py, self.inner.compared().iter().zip(predicted).map(difference).collect()))
+    }
+
+    /// Velocity, friction and load level as far as the data alone tell them.
+    fn forces<'py>(
+        &self,
+        py: Python<'py>,
+        segment: &Segment,
+        values: Values,
+    ) -> Option<(Array<'py>, Array<'py>, Array<'py>)> {
+        let Forces { speed, force, level } = self.inner.forces(&segment.inner, &values)?;
+        Some((array(py, speed), array(py, force), array(py, level)))
+    }
+
+    /// Force of both chambers and of the atmosphere on the rod at the communication points.
+    fn pressure_force<'py>(&self, py: Python<'py>, segment: &Segment, values: Values) -> Array<'py> {
+        array(py, pressure_force(self.inner.given(), &segment.inner, &values))
+    }
+
+    /// Starts of parameters of the machine that the data tell.
+    fn guess(&self, segments: Vec<PyRef<'_, Segment>>, values: Values) -> Values {
+        let segments: Vec<_> = segments.iter().map(|segment| segment.inner.clone()).collect();
+        self.inner.guess(&segments, &values)
+    }
+
+    /// Fixed settings, sensors and choices that may be causes of residuals.
+    fn suspects(&self, estimated: Vec<String>) -> Suspects {
+        let Named { settings, sensors, choices, has_clock } = candidates::named(&*self.inner, &estimated);
+        let choices = choices.into_iter().map(|one| (one.name, one.fixed, one.others)).collect();
+        (settings.into_iter().map(defined).collect(), sensors, choices, has_clock)
+    }
+}
+
+impl Experiment {
+    fn predicted(&self, segment: &Segment, outputs: &Courses<'_>, values: &Values) -> PyResult<Vec<Vec<f64>>> {
+        let recorded = |name: &'static str| {
+            let course = outputs.get(name).ok_or_else(|| PyKeyError::new_err(name))?;
+            Ok(course.as_array().to_vec())
+        };
+        let outputs = self.inner.outputs().into_iter().map(recorded).collect::<PyResult<_>>()?;
+        Ok(self.inner.predict(&segment.inner, outputs, values))
+    }
+
+    fn by_signal<'py>(&self, py: Python<'py>, courses: Vec<Vec<f64>>) -> Made<'py> {
+        let pairs = self.inner.compared().iter().zip(courses);
+        pairs.map(|(signal, course)| ((*signal).to_owned(), array(py, course))).collect()
+    }
+}
+
+#[pymethods]
+impl Segment {
+    /// `whole` has the time of the record at which the segment begins, and communication points and signals of the record.
+    #[new]
+    fn new(
+        record: Measured<'_>,
+        driven: Courses<'_>,
+        used: ReadFlags<'_>,
+        is_validation: ReadFlags<'_>,
+        whole: (f64, Read<'_>, Courses<'_>),
+    ) -> Self {
+        let (begin, grid, of_whole) = whole;
+        let whole = Arc::new(Whole { begin, grid: grid.as_array().to_vec(), driven: plain(&of_whole) });
+        let (record, driven) = (record_of(&record), plain(&driven));
+        let [used, is_validation] = [used, is_validation].map(|flags| flags.as_array().to_vec());
+        Self {
+            inner: MeasuredSegment { record, driven, used, is_validation, begin: Begin::default(), number: 0, whole },
+        }
+    }
+}
+
+fn record_of((time, begin, signals): &Measured<'_>) -> Record {
+    Record::new(time.as_array().to_vec(), *begin, plain(signals))
+}
+
+fn plain(courses: &Courses<'_>) -> Signals {
+    courses.iter().map(|(name, course)| (name.clone(), course.as_array().to_vec())).collect()
+}
+
+fn array(py: Python<'_>, values: Vec<f64>) -> Array<'_> {
+    Array1::from(values).into_pyarray(py)
+}
+
+fn made(py: Python<'_>, signals: Signals) -> Made<'_> {
+    signals.into_iter().map(|(name, course)| (name, array(py, course))).collect()
+}
+
+fn defined(one: Parameter) -> Defined {
+    let ([low, high], [least, most]) = (one.bounds, one.legal);
+    (one.name, one.unit, one.start, low, high, one.scale, least, most)
+}
+
+/// Kinds of experiments: name, required signals, and the models with the parameters and of the simulation.
+#[pyfunction]
+pub fn experiments() -> Vec<(&'static str, Vec<&'static str>, &'static str, &'static str)> {
+    KINDS.iter().map(|kind| (kind.name, kind.required.to_vec(), kind.table, kind.simulated)).collect()
+}
+
+/// A real parameter of a model as an estimated one; nothing for another variable.
+#[pyfunction]
+pub fn model_parameter(model: &Model, name: &str) -> Option<Defined> {
+    let entry = model.model.table().find(name)?;
+    Parameter::of_variable(entry.variable).map(defined)
+}
+
+/// The gain, offset, delay or lag of the sensor of a signal in an SI unit as an estimated parameter; nothing for another kind.
+#[pyfunction]
+pub fn sensor_parameter(kind: &str, signal: &str, unit: &str) -> Option<Defined> {
+    Parameter::of_sensor(kind, signal, unit).map(defined)
+}
+
+/// A property of a test bench in an SI unit as an estimated parameter; nothing for another name.
+#[pyfunction]
+pub fn bench_parameter(name: &str, unit: &str) -> Option<Defined> {
+    Parameter::of_bench(name, unit).map(defined)
+}
+
+/// Parameters of a law that a fit usually estimates.
+#[pyfunction]
+pub fn usual_parameters(model: &Model, law: i32, known: Values) -> Vec<String> {
+    law::usual(model.model, law, &known)
+}
+
+/// Starts of estimated parameters, names and units, from a map of friction over speed and load level.
+#[pyfunction]
+#[expect(clippy::too_many_arguments, reason = "the Python package calls it")]
+pub fn friction_levels(
+    law: &str,
+    group: &str,
+    fixed_static: Option<f64>,
+    bristles: f64,
+    own: Vec<(String, String)>,
+    speed: Read<'_>,
+    force: Read<'_>,
+    level: Read<'_>,
+    length: f64,
+) -> Values {
+    let own: Vec<(&str, &str)> = own.iter().map(|(name, unit)| (name.as_str(), unit.as_str())).collect();
+    let [speed, force, level] = [speed, force, level].map(|values| values.as_array().to_vec());
+    let law = Law { name: law, group, fixed_static, bristles };
+    guess::levels(law, &own, &Forces { speed, force, level }, length)
+}
+
+/// Presliding length in m, of the longest stroke that is measured.
+#[pyfunction]
+#[pyo3(signature = (longest=None))]
+pub fn presliding(longest: Option<f64>) -> f64 {
+    guess::presliding(longest)
+}
+
+/// Deflections in m at which elements slip, over a stroke.
+#[pyfunction]
+pub fn element_ends(py: Python<'_>, stroke: f64, number: usize) -> Array<'_> {
+    array(py, guess::ends(stroke, number))
+}
+
+/// Starts of parameters of a law with elements of stiffnesses that slip at deflections.
+#[pyfunction]
+#[pyo3(signature = (law, group, ends, stiffness, fixed_level=None))]
+pub fn element_starts(law: &str, group: &str, ends: Read<'_>, stiffness: Read<'_>, fixed_level: Option<f64>) -> Values {
+    guess::elements(law, group, &ends.as_array().to_vec(), stiffness.as_array().to_vec(), fixed_level)
+}
+
+/// Deflection of an element that slips at an end.
+#[pyfunction]
+pub fn deflection<'py>(py: Python<'py>, position: Read<'py>, end: f64) -> Array<'py> {
+    array(py, guess::deflection(&position.as_array().to_vec(), end))
+}
