@@ -91,3 +91,14 @@ def test_form_of_the_law_that_is_held_is_noted_and_the_other_one_is_tried() -> N
         assert found.problem.suspects()[2] == [("friction.lugre.vd", item, [other])]
     freed = ps.fit(data, experiment="force", law="LuGre", settings={"mass": 5.0}, starts=0, progress=False)
     assert "friction.lugre.vd" in freed.values and freed.problem.suspects()[2] == []
+
+
+def test_form_of_the_law_that_short_segments_hide_is_named() -> None:
+    """Segments of a smoothed force leave no more than noise under damping that decays, too; whole records do not."""
+    data = pushed(PUBLISHED, 5.0, 10.0, given)
+    free = [f"friction.lugre.{name}" for name in PUBLISHED if name != "vd"]
+    known = {"mass": 5.0, "friction.lugre.vd": 0.01}
+    found = ps.fit(data, experiment="force", law="LuGre", settings=known, fit=free, starts=0, progress=False)
+    [cause] = found.causes
+    assert (cause.name, cause.given, cause.estimate, cause.is_sensor) == ("friction.lugre.vd", "0.01", "0", False)
+    assert found.verdict.light != "green" and cause.text in found.verdict.text and found.suspect == cause

@@ -14,6 +14,7 @@ import numpy as np
 from pneumatic_servo import _native
 from pneumatic_servo.identification.fitted import Estimate, Fitted
 from pneumatic_servo.identification.parameters import Free, free_of
+from pneumatic_servo.identification.problem import OtherForm
 from pneumatic_servo.identification.residuals import Residuals
 from pneumatic_servo.identification.solve import native
 
@@ -61,6 +62,8 @@ class Cause:
 def causes(fit: Fitted, residuals: Residuals) -> tuple[Cause, ...]:
     """Return at most one setting and one sensor that explain much of what a fit leaves, the best first."""
     experiment = fit.problem.experiment
+    if fit.problem.other_form is not None:
+        return (_of_form(fit.problem.other_form, experiment.compared[0], fit.problem.trained().size),)
     is_noise = _native.is_quiet([(rms, residuals.noise(signal)) for signal, rms in fit.rms.items()])
     own, names, choices, has_clock = fit.problem.suspects()
     if is_noise and not has_clock:
@@ -96,3 +99,14 @@ def causes(fit: Fitted, residuals: Residuals) -> tuple[Cause, ...]:
             estimate = Estimate(*interval, every[name].unit if name in every else "1")
         causes.append(Cause(name, given, estimate, signal, share, gain, tuple(alike), is_sensor, f"{text}."))
     return tuple(causes)
+
+
+def _of_form(form: OtherForm, signal: str, size: int) -> Cause:
+    """Return the cause of a form of the law of which whole records leave no more than noise."""
+    before, after = form.before**0.5, form.after**0.5
+    text = (
+        f"{form.name} is fixed at {form.given}, and {form.item} describes the data: simulated as a whole, the records "
+        f"leave {before:.3g} times the noise of {signal} with the former, and {after:.3g} times with the latter."
+    )
+    share, gain = 1.0 - form.after / form.before, size * (form.before - form.after)
+    return Cause(form.name, form.given, form.item, signal, share, gain, (), False, text)

@@ -51,6 +51,25 @@ MAGNITUDES = {"position0": 1e-4, "velocity0": 1e-2, "chamberA.pressure0": 1e3, "
 
 
 @dataclass(frozen=True)
+class OtherForm:
+    """The other form of a law whose form is fixed, where only whole records tell which one is right.
+
+    Attributes
+    ----------
+    name, given, item : str
+        The setting that decides, its fixed value, and the other one.
+    before, after : float
+        Mean squares of the residuals of whole records under both, in units of the noise.
+    """
+
+    name: str
+    given: str
+    item: str
+    before: float
+    after: float
+
+
+@dataclass(frozen=True)
 class Problem:
     """Data, experiment and free parameters; the solver sees a vector of scaled parameters.
 
@@ -87,6 +106,8 @@ class Problem:
     """True time over the time of the records."""
     scale: float = 1.0
     """Factor of all friction, where the model takes its load level as an input."""
+    other_form: OtherForm | None = None
+    """A form of the law that describes whole records, which the fixed one does not."""
     jac: str = "differences"
     """Kind of the Jacobian: differences of runs, or the exact derivatives of one."""
     underivable: dict[str, str] = field(default_factory=dict, compare=False)

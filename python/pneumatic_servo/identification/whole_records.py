@@ -12,11 +12,11 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from pneumatic_servo.identification.parameters import Free, group_of
-from pneumatic_servo.identification.problem import Problem
+from pneumatic_servo.identification.parameters import DAMPING_SPEED, Free, group_of
+from pneumatic_servo.identification.problem import OtherForm, Problem
 from pneumatic_servo.identification.records import Record
 from pneumatic_servo.identification.sensor import Sensor
-from pneumatic_servo.identification.solve import AT_NOISE, ROUGH, refine
+from pneumatic_servo.identification.solve import AT_NOISE, ROUGH, Solution, refine
 from pneumatic_servo.identification.watch import Watch
 from pneumatic_servo.model import Model
 
@@ -66,12 +66,42 @@ def from_balance(
         return problem
     watch.stage("whole records")
     short, whole = _better(problem, free), whole.with_free(free)
-    trained = whole.trained().bounded()
-    found = refine(trained, trained.start, "linear", watch, ROUGH)
-    if 2.0 * found.cost >= AT_NOISE * trained.size:
-        return short
+    trained, found = _refined(whole, watch)
+    if _loudness(trained, found) >= AT_NOISE:
+        return replace(short, other_form=_other_form(whole, _loudness(trained, found), watch))
     uncut.notes.append("records are simulated as a whole, and forces are not smoothed: nothing but noise is left so")
     return whole.begun(trained, found.x).with_free(_at(free, found.x))
+
+
+def _refined(whole: Problem, watch: Watch) -> tuple[Problem, Solution]:
+    """Return the fitted part of whole records, and the end of a search from their start."""
+    trained = whole.trained().bounded()
+    return trained, refine(trained, trained.start, "linear", watch, ROUGH)
+
+
+def _loudness(problem: Problem, found: Solution) -> float:
+    """Return the mean square of the residuals, in units of the noise."""
+    return 2.0 * found.cost / problem.size
+
+
+def _other_form(whole: Problem, loudness: float, watch: Watch) -> OtherForm | None:
+    """Return the other form of a law whose form is fixed, if whole records of it leave no more than noise.
+
+    Segments and smoothed forces hide which form is right.
+    """
+    for name, given, others in whole.suspects()[2]:
+        if name != DAMPING_SPEED:
+            continue
+        for other in others:
+            watch.stage(f"{name} = {other}")
+            changed = replace(whole, experiment=whole.experiment.with_setting(name, float(other)))
+            free = _balanced(changed)
+            if free is None:
+                continue
+            left = _loudness(*_refined(changed.with_free(free), watch))
+            if left < AT_NOISE:
+                return OtherForm(name, given, other, loudness, left)
+    return None
 
 
 def _balanced(whole: Problem) -> list[Free] | None:
