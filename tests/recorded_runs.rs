@@ -183,10 +183,11 @@ fn listed(changes: &Changes) -> String {
 }
 
 /// A line of the record: what is counted in a run, and its digest, or why it stops.
-fn run(model: &Model, name: &str, changes: &Changes) -> String {
+fn run(model: &'static Model, name: &str, changes: &Changes) -> String {
     let table = model.table();
     let (mut simulation, _, starts) = start(model, changes);
-    let outcome = go(model, table, simulation.as_mut(), &starts);
+    let recorded = Recorded::of(model, table, changes);
+    let outcome = go(&recorded, simulation.as_mut(), &starts);
     let found = outcome.map_or_else(|error| error.to_string().replace(';', ","), |digest| format!("{:016x}", digest.0));
     let counted = ["steps", "rejectedSteps", "jacobians", "events"].map(|name| {
         let name = format!("solver.{name}");
@@ -198,12 +199,8 @@ fn run(model: &Model, name: &str, changes: &Changes) -> String {
 
 /// 60 steps of 1 ms and 12 of 10 ms, twice, with inputs that jump or ramp, go back to a saved state, and end a step at an
 /// event.
-fn go(
-    model: &Model,
-    table: &'static Table,
-    simulation: &mut dyn Simulation,
-    starts: &[f64],
-) -> Result<Digest, StepError> {
+fn go(recorded: &Recorded, simulation: &mut dyn Simulation, starts: &[f64]) -> Result<Digest, StepError> {
+    let table = recorded.table;
     let mut digest = Digest::new();
     let mut random = Random(1);
     let mut time = 0.0;
@@ -219,18 +216,18 @@ fn go(
         }
         time += if index % 72 < 60 { 1e-3 } else { 1e-2 };
         if index % 9 == 0 && simulation.advance_to_event(time)? {
-            digest.add_all(model, table, simulation);
+            digest.add_all(recorded, simulation);
             simulation.update()?;
         }
         let before = simulation.save();
         simulation.advance(time)?;
         if index % 24 == 23 {
-            digest.add_all(model, table, simulation);
+            digest.add_all(recorded, simulation);
             simulation.restore(&before).unwrap();
             simulation.advance(time)?;
         }
         if index % 12 == 0 {
-            digest.add_all(model, table, simulation);
+            digest.add_all(recorded, simulation);
         }
     }
     Ok(digest)
@@ -251,6 +248,37 @@ fn events(model: &Model) -> usize {
         .count()
 }
 
+/// The part of a model that is recorded: all but the states that laws other than the chosen one have named, which are always 0.
+/// A new law thus leaves the records of others as they are.
+struct Recorded {
+    model: &'static Model,
+    table: &'static Table,
+    /// By computed variable and by state, whether it is recorded.
+    computed: Vec<bool>,
+    states: Vec<bool>,
+}
+
+impl Recorded {
+    fn of(model: &'static Model, table: &'static Table, changes: &Changes) -> Self {
+        let choice = table.find("friction.law").map(|entry| entry.variable);
+        let stated = changes.iter().find(|(name, _)| *name == "friction.law").map(|(_, id)| *id);
+        let is_of_another = |group: &str| {
+            let Some(Kind::Enumeration(laws)) = choice.map(|it| it.kind) else { return false };
+            let chosen = stated.or(choice.and_then(|it| it.start));
+            let mut others = laws.items.iter().filter(|(id, ..)| Some(f64::from(*id)) != chosen);
+            others.any(|(_, name, _)| name.eq_ignore_ascii_case(group))
+        };
+        let counts = |variable: &Variable| !variable.name.split('.').any(is_of_another);
+        let state = |reference: u32| counts(table.by_reference(reference).expect("a state").variable);
+        Self {
+            model,
+            table,
+            computed: table.computed().map(counts).collect(),
+            states: table.states().map(state).collect(),
+        }
+    }
+}
+
 /// Fowler, Noll and Vo's hash (FNV-1a, 64 bits) of numbers.
 struct Digest(u64);
 
@@ -261,17 +289,18 @@ impl Digest {
 
     /// Adds all that a model tells at an instant: values, their rates and derivatives, indicators, and what a solver
     /// outside gets.
-    fn add_all(&mut self, model: &Model, table: &Table, simulation: &mut dyn Simulation) {
+    fn add_all(&mut self, recorded: &Recorded, simulation: &mut dyn Simulation) {
+        let Recorded { model, table, .. } = *recorded;
         let mut computed = values(table, simulation);
-        self.add(&computed);
+        self.add_some(&computed, &recorded.computed);
         simulation.rates(&mut computed);
-        self.add(&computed);
+        self.add_some(&computed, &recorded.computed);
         let ones = |count: usize| vec![1.0; count];
         let inputs = ones(table.inputs().count());
         let states = ones(table.states().count());
         let direction = Direction { time: 1.0, inputs: &inputs, states: &states, parameters: &[] };
         simulation.directional_derivative(direction, &mut computed);
-        self.add(&computed);
+        self.add_some(&computed, &recorded.computed);
         let mut indicators = vec![0.0; model.indicators().len()];
         simulation.indicators(&mut indicators);
         let events = events(model);
@@ -279,15 +308,20 @@ impl Digest {
         if let Some(exchange) = simulation.exchange(model.indicators()) {
             let mut states = ones(table.number_of_states());
             exchange.states(&mut states);
-            self.add(&states);
+            self.add_some(&states, &recorded.states);
             exchange.nominals(&mut states);
-            self.add(&states);
+            self.add_some(&states, &recorded.states);
             exchange.indicators(&mut indicators);
             self.add(&indicators[..events]);
             if exchange.rates(&mut states).is_ok() {
-                self.add(&states);
+                self.add_some(&states, &recorded.states);
             }
         }
+    }
+
+    fn add_some(&mut self, numbers: &[f64], recorded: &[bool]) {
+        let some: Vec<f64> = numbers.iter().zip(recorded).filter(|(_, is)| **is).map(|(number, _)| *number).collect();
+        self.add(&some);
     }
 
     fn add(&mut self, numbers: &[f64]) {
