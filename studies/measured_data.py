@@ -36,7 +36,7 @@ SHOWN = 130
 LOADED = 204.0
 """Time in s from which the tribometer is unloaded."""
 WITH_MEMORY = ("MaxwellSlip", "GMS", "Leuven", "ElastoPlastic", "StickSlipCreep", "StickSlipSpring", "LuGre",
-               "BlimanSorine", "ResetIntegrator", "Dahl", "Armstrong", "Bristle", "DNLRX")  # fmt: skip
+               "BlimanSorine", "ResetIntegrator", "Dahl", "Armstrong", "Bristle", "DNLRX", "RevisedLuGre")  # fmt: skip
 OF_LAW: dict[str, dict[str, ps.Value]] = {
     "MaxwellSlip": {"friction.maxwellSlip.N": 4},
     "GMS": {"friction.gms.N": 4},

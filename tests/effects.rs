@@ -146,6 +146,8 @@ fn of_laws(group: &str) -> Vec<Changes> {
             ];
             vec![LIMITS.map(|limit| (limit, 1.0)).into_iter().chain([("friction.maxwellSlip.N", 10.0)]).collect()]
         }
+        // Speeds at which the film is squeezed out as at rest, and faster.
+        "revisedLuGre" => vec![vec![("friction.revisedLuGre.v0", 0.05), ("bench.drive", PRESCRIBED)]],
         "table" => {
             // Both directions, at speeds between all points.
             const SPEEDS: [[&str; 2]; 10] = [

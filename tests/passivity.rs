@@ -16,7 +16,7 @@ fn stored(law: &str) -> f64 {
         "Dahl" => spring(10.6, 8e6),
         "Bristle" => spring(20.0 * 6.2e4 * 1e-5, 20.0 * 6.2e4),
         "ResetIntegrator" => 1.325 * spring(8.3, 1e6),
-        "Armstrong" | "LuGre" | "ElastoPlastic" => spring(11.0, 1e6),
+        "Armstrong" | "LuGre" | "RevisedLuGre" | "ElastoPlastic" => spring(11.0, 1e6),
         "Leuven" => {
             // Bent to the static friction, by bisection; the energy on the virgin curve.
             let (k1, f1, f2) = (1.483e6, most * 5.595, 5.631e5);

@@ -7,6 +7,8 @@ use crate::parameter::Values;
 
 /// SI units of the parameters of a law that a fit usually estimates.
 const UNITS: [&str; 6] = ["N", "N/m", "N.s/m", "m/s", "1/m", "m"];
+/// Ends of the names of parameters with such a unit that it leaves as they are.
+const FIXED: [&str; 2] = ["stribeck.FsInf", "revisedLuGre.v0"];
 /// Points of each side of the law `Table`.
 const POINTS: f64 = 11.0;
 
@@ -25,8 +27,8 @@ pub fn group(model: &Model, law: i32) -> String {
 /// Parameters of a law that a fit usually estimates: forces, stiffnesses, dampings, velocities and lengths.
 ///
 /// Of the elements those that there are; of `Table` the forces; of GMS the shares too, which make its levels; of Dahl and Leuven
-/// the exponent that says how sharply presliding ends. The rate of GMS, and forces and coefficients that are 0 by default,
-/// without effect, stay as they are.
+/// the exponent that says how sharply presliding ends. The rate of GMS, the speed below which a film of lubricant is at rest,
+/// and forces and coefficients that are 0 by default, without effect, stay as they are.
 pub fn usual(model: &Model, law: i32, known: &Values) -> Vec<String> {
     let (table, group) = (model.table(), group(model, law));
     if group.is_empty() {
@@ -49,7 +51,7 @@ pub fn usual(model: &Model, law: i32, known: &Values) -> Vec<String> {
         let has_no_unit = name.starts_with("alpha[") || name == "n";
         let is_off = variable.start == Some(0.0) && (element.is_some() || unit.name == "N");
         (UNITS.contains(&unit.name) || has_no_unit)
-            && !variable.name.ends_with("stribeck.FsInf")
+            && !FIXED.iter().any(|fixed| variable.name.ends_with(fixed))
             && element.is_none_or(|place| place <= number)
             && !is_off
     };

@@ -34,7 +34,8 @@ WITHIN = 10.0
 UNDAMPED = {"Dahl": 100.0}
 """The same under laws whose bristles keep swinging: errors in the phase of many periods add up."""
 EXPLODES = {
-    "None", "Dahl", "Bristle", "ResetIntegrator", "LuGre", "Leuven", "GMS", "BlimanSorine", "ElastoPlastic"
+    "None", "Dahl", "Bristle", "ResetIntegrator", "LuGre", "Leuven", "GMS", "BlimanSorine", "ElastoPlastic",
+    "RevisedLuGre",
 }  # fmt: skip
 """Laws with too little damping, or too stiff a bristle, for an explicit step of 1 ms. What it accepts when it explodes,
 beyond the covers of the cylinder, is refused."""

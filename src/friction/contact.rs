@@ -65,7 +65,7 @@ impl<L: FrictionLaw> FrictionContact<L> {
     /// [`Observation::write`] writes them. `base` is the reference from which [`new`](Self::new) counts them: 460 of the first
     /// contact, 40 more for each further one. `sliding` lists the states and inputs that velocity and load level depend on.
     pub fn variables(group: &str, base: u32, sliding: &[u32]) -> Vec<Variable> {
-        states::table::<L>(group, base, sliding)
+        states::table::<L>(group, base, [sliding, &[]])
     }
 
     /// The law.

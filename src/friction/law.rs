@@ -38,18 +38,24 @@ pub struct LawState<L> {
     pub(super) unit: Unit,
     pub(super) scale: fn(&L) -> f64,
     pub(super) range: [f64; 2],
+    pub(super) is_alone: bool,
     pub(super) text: &'static str,
 }
 
 impl<L> LawState<L> {
     /// A state of a name and a unit, with its magnitude under given parameters, for error control.
     pub const fn new(name: &'static str, unit: Unit, scale: fn(&L) -> f64) -> Self {
-        Self { name, unit, scale, range: [f64::NEG_INFINITY, f64::INFINITY], text: "" }
+        Self { name, unit, scale, range: [f64::NEG_INFINITY, f64::INFINITY], is_alone: false, text: "" }
     }
 
     /// The values between which the equations of the law have a meaning; a run does not leave them.
     pub const fn range(self, low: f64, high: f64) -> Self {
         Self { range: [low, high], ..self }
+    }
+
+    /// A state whose rate depends on the velocity and the state itself: on no other state of the law, nor on the load level.
+    pub const fn alone(self) -> Self {
+        Self { is_alone: true, ..self }
     }
 
     /// Description for an engineer.
@@ -72,6 +78,8 @@ pub struct NamedState {
     pub text: &'static str,
     /// Whether its rate depends on the other states of the law.
     pub is_coupled: bool,
+    /// Whether its rate depends on the velocity and the state itself.
+    pub is_alone: bool,
 }
 
 /// Cause of the contact's motion.
@@ -297,7 +305,8 @@ pub trait FrictionLaw: ParameterSet {
             name: if group.is_empty() { state.name.to_owned() } else { format!("{group}.{}", state.name) },
             unit: state.unit,
             text: state.text,
-            is_coupled: Self::couples_states(),
+            is_coupled: Self::couples_states() && !state.is_alone,
+            is_alone: state.is_alone,
         };
         Self::STATES.iter().map(named).collect()
     }

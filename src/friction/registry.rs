@@ -36,6 +36,7 @@ macro_rules! builtin_laws {
             23 StickSlipSpring "stickSlipSpring" builtin::stick_slip_spring::StickSlipSpring, "Spring-damper while sticking, Coulomb friction while sliding";
             24 StickSlipCreep "stickSlipCreep" OneBristle<builtin::stick_slip_creep::StickSlipCreep>, "Bounded stiction displacement at low speed, Coulomb friction at high speed";
             25 Table "table" StickSlip<builtin::table::Table>, "Friction by measured points over speed, for each direction, with true stiction";
+            26 RevisedLuGre "revisedLuGre" builtin::revised_lugre::RevisedLuGre, "Bristle on a lubricant film that lags behind the velocity and outlasts a stop";
             $($own)*
         }
     };

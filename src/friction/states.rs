@@ -85,9 +85,10 @@ pub fn number_of(kind: StateKind, reference: u32) -> Option<usize> {
     (number < own.count).then_some(number as usize)
 }
 
-/// The states of a contact in a group and their rates; value references from `base`. `sliding` lists what velocity and
-/// load level depend on: with the state itself, or all of its kind if the laws couple them, all that its rate does.
-pub fn table<L: FrictionLaw>(group: &str, base: u32, sliding: &[u32]) -> Vec<Variable> {
+/// The states of a contact in a group and their rates; value references from `base`. What velocity and load level depend
+/// on is listed: with the state itself, or all of its kind if the laws couple them, all that its rate does.
+pub fn table<L: FrictionLaw>(group: &str, base: u32, [velocity, level]: [&[u32]; 2]) -> Vec<Variable> {
+    let sliding = &[velocity, level].concat()[..];
     let not_named = KINDS.iter().flat_map(|kind| {
         let all = (0..kind.count).map(|number| base + kind.first + number).collect::<Vec<_>>();
         let own = move |state: u32| if L::couples_states() { all.clone() } else { vec![state] };
@@ -123,7 +124,7 @@ pub fn table<L: FrictionLaw>(group: &str, base: u32, sliding: &[u32]) -> Vec<Var
         Variable::output(reference + 1, &name, state.unit.per_second())
             .local()
             .derivative_of(reference)
-            .depends_on(&[sliding, &own].concat())
+            .depends_on(&[if state.is_alone { velocity } else { sliding }, &own].concat())
             .text(&format!("Rate: {}", state.text))
     });
     not_named.chain(states).chain(rates).collect()
@@ -219,9 +220,15 @@ mod tests {
 
     #[test]
     fn every_state_of_every_law_has_a_variable() {
+        let table = table::<Friction>("friction", 0, [&[], &[]]);
         for (id, name, _) in LAWS.items {
             let law = default_law(Law::from_id(f64::from(*id)).expect("an item"));
-            let found = references(0).into_iter().filter_map(|reference| number_of(law.state_kind(), reference));
+            let number = |reference: u32| match law.state_kind() {
+                StateKind::Named => Named::of(&law).number_of(0, reference),
+                kind => number_of(kind, reference),
+            };
+            let states = table.iter().filter(|variable| variable.derivative_of.is_none());
+            let found = states.filter_map(|variable| number(variable.reference));
             let found: Vec<usize> = found.filter(|number| *number < law.states()).collect();
             assert_eq!(found, (0..law.states()).collect::<Vec<_>>(), "{name}");
         }
@@ -229,9 +236,13 @@ mod tests {
 
     #[test]
     fn references_of_a_contact_stay_within_its_range() {
-        let table = table::<Friction>("friction", 400, &[]);
-        assert!(table.iter().all(|variable| (400..400 + REFERENCES).contains(&variable.reference)));
-        let states: Vec<u32> = table.iter().filter_map(|variable| variable.derivative_of).collect();
+        let table = table::<Friction>("friction", 400, [&[], &[]]);
+        let of_names = named(400, 0)..named(400 + REFERENCES, 0);
+        let (of_laws, others): (Vec<_>, Vec<_>) =
+            table.iter().partition(|variable| of_names.contains(&variable.reference));
+        assert_eq!(of_laws.len(), 2 * Friction::NAMED);
+        assert!(others.iter().all(|variable| (400..400 + REFERENCES).contains(&variable.reference)));
+        let states: Vec<u32> = others.iter().filter_map(|variable| variable.derivative_of).collect();
         assert_eq!(states, references(400));
         assert_eq!(states[0], deflection(400));
         assert_eq!(table[0].name, "friction.deflection");

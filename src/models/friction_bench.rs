@@ -289,7 +289,8 @@ impl<L: FrictionLaw> System<INPUTS> for FrictionBench<L> {
     type Indicators<S: Varying> = Indicators<S>;
 
     fn tables() -> Tables {
-        let states = states::table::<L>("friction", references::CONTACT, &[depends::DRIVE, depends::LEVEL, depends::V]);
+        let states =
+            states::table::<L>("friction", references::CONTACT, [&[depends::DRIVE, depends::V], &[depends::LEVEL]]);
         let states = states.into_iter().map(|state| {
             if state.reference == states::deflection(references::CONTACT) { yielding(state) } else { state }
         });

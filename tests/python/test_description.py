@@ -54,7 +54,7 @@ def test_model_exchange(description: ModelDescription, fmu: Path) -> None:
     assert exchange.providesDirectionalDerivative
     assert description.numberOfEventIndicators == 12
     states = {v.derivative.name for v in description.modelVariables if v.derivative}
-    assert len(states) == 46
+    assert len(states) == 48
     # FMPy reads no such attribute.
     with zipfile.ZipFile(fmu) as archive:
         variables = ElementTree.fromstring(archive.read("modelDescription.xml")).iterfind(
@@ -115,7 +115,7 @@ def test_friction_laws_keep_their_numbers(description: ModelDescription) -> None
         *("None", "Coulomb", "CoulombStiction", "SmoothCoulomb", "VelocityBased", "StribeckRegularised"),
         *("Stribeck", "Karnopp", "Polito", "Dahl", "Bristle", "ResetIntegrator", "Armstrong", "LuGre"),
         *("Leuven", "GMS", "MaxwellSlip", "DNLRX", "BlimanSorine", "ElastoPlastic", "StepRegularised"),
-        *("SineRegularised", "StickSlipSpring", "StickSlipCreep", "Table"),
+        *("SineRegularised", "StickSlipSpring", "StickSlipCreep", "Table", "RevisedLuGre"),
     ]
     assert items == {name: number for number, name in enumerate(expected, start=1)}
 

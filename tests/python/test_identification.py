@@ -151,6 +151,8 @@ def test_what_is_free_by_default_has_an_effect() -> None:
         # Forces, lengths, and coefficients per metre.
         ("Leuven", {}, "Fs Fc vs sigma2 n k1 f1 f2 sigma1"),
         ("Polito", {}, "Fs Fc1 vs Fc2 c1 c2"),
+        # Not the speed that counts as rest.
+        ("RevisedLuGre", {}, "Fs Fc vs sigma2 sigma0 sigma1 vb vd"),
         # Of the elements those that there are, and the shares in place of the level.
         ("GMS", {"friction.gms.N": 2}, "Fs vs sigma2 k[1] k[2] alpha[1] alpha[2]"),
         ("MaxwellSlip", {"friction.maxwellSlip.N": 1}, "sigma2 k[1] W[1]"),

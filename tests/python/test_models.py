@@ -45,7 +45,7 @@ def test_laws_of_every_kind_run_with_every_status_ok(fmus: Path, model: str) -> 
     Every law of every model runs in a small C host for `cargo xtask test --platforms`, and for the gallery.
     """
     fmu = fmus / f"{model}.fmu"
-    assert len(laws_of(fmu)) == 25
+    assert len(laws_of(fmu)) == 26
     # Set-valued, with one bristle, with elements in parallel, sampled, and with a delay.
     for law in ["Stribeck", "LuGre", "GMS", "DNLRX", "Armstrong"]:
         columns = simulate(fmu, law).columns

@@ -9,7 +9,7 @@ use pneumatic_servo_fmu::fmi2::types::EventInfo;
 use crate::common::fmi3::{Instance3, Way};
 use crate::common::*;
 
-const STATES: usize = 46;
+const STATES: usize = 48;
 const INDICATORS: usize = 12;
 
 /// A host that integrates by the explicit Euler method, which is enough to see what the interface does.

@@ -15,7 +15,7 @@ export function usual(of: Model, law: number, known: ReadonlyMap<string, number>
     .filter(({ name, of: unit, role, kind, start }) => {
       if (!name.startsWith(group) || kind !== "Real" || (role !== "fixed" && role !== "tunable")) return false;
       const hasNoUnit = name.startsWith(`${group}alpha[`) || name === `${group}n`;
-      if ((!units.includes(unit ?? "") && !hasNoUnit) || name.endsWith("stribeck.FsInf")) return false;
+      if ((!units.includes(unit ?? "") && !hasNoUnit) || /(stribeck\.FsInf|revisedLuGre\.v0)$/.test(name)) return false;
       // Of a table the forces at its speeds; viscous friction is part of these.
       const table = /^(.*\.)force\[(\d+)\]$/.exec(name);
       if (group === "friction.table.") return table !== null && Number(table[2]) <= (known.get(`${table[1]}points`) ?? 11);

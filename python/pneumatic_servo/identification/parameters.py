@@ -220,8 +220,8 @@ def usual(law: str, model: Model, settings: Mapping[str, Value]) -> list[str]:
     """Return the parameters of a law that a fit usually frees: forces, stiffnesses, dampings, velocities and lengths.
 
     Of the elements those that there are; of Table the forces; of GMS their shares too, which make its levels; of Dahl
-    and Leuven the exponent that says how sharply presliding ends. The rate of GMS, and forces and coefficients that are
-    0 by default, without effect, stay as they are.
+    and Leuven the exponent that says how sharply presliding ends. The rate of GMS, the speed below which a film
+    of lubricant is at rest, and forces and coefficients that are 0 by default, without effect, stay as they are.
     """
     group_of(law, model)
     known = {name: float(value) for name, value in settings.items() if isinstance(value, float | int)}

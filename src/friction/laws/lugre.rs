@@ -46,13 +46,30 @@ parameters! {
 }
 
 /// Defaults of what goes together: so stiff a bristle with constant damping would peak at four times the static friction.
-const STIFFNESS: f64 = 1e6;
-const DAMPING: f64 = 1000.0;
-const DAMPING_VELOCITY: f64 = 0.01;
+pub(super) const STIFFNESS: f64 = 1e6;
+pub(super) const DAMPING: f64 = 1000.0;
+pub(super) const DAMPING_VELOCITY: f64 = 0.01;
 
 /// A velocity in m/s with which something decays; 0 stands for an infinite one, with which nothing does.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Decay(Tunable);
+
+impl Decay {
+    /// Share of a damping that remains at a velocity in m/s: `exp(-(v/v_d)^2)`.
+    pub(super) fn left<S: Scalar>(self, velocity: S) -> S {
+        faded((velocity / self.0).powf(2.0))
+    }
+
+    /// Warning of a stiffness and a damping that are not those for which this velocity is the default.
+    pub(super) fn notice(self, variable: &'static str, [stiffness, damping]: [Tunable; 2]) -> Option<Notice> {
+        // Both changed in proportion, as for another load, are allowed: contacts of other models have such defaults.
+        let [ratio, default] = [stiffness.value / damping.value, STIFFNESS / DAMPING];
+        let is_changed = ratio.is_finite() && (ratio / default - 1.0).abs() > 1e-9;
+        let remark = "the default: the bristle damping sigma1 decays above this velocity (Olsson et al. 1998); vd = 0 is the law with constant damping (Canudas de Wit et al. 1995), which most published values of sigma0 and sigma1 are for";
+        let notice = Notice { variable, value: DAMPING_VELOCITY, remark };
+        (is_changed && self.0.value == DAMPING_VELOCITY).then_some(notice)
+    }
+}
 
 impl Field for Decay {
     type Value = Self;
@@ -79,12 +96,7 @@ impl BristleLaw for LuGre {
     }
 
     fn notice(&self) -> Option<Notice> {
-        // Both changed in proportion, as for another load, are allowed: contacts of other models have such defaults.
-        let [ratio, default] = [self.stiffness.value / self.damping.value, STIFFNESS / DAMPING];
-        let is_changed = ratio.is_finite() && (ratio / default - 1.0).abs() > 1e-9;
-        let remark = "the default: the bristle damping sigma1 decays above this velocity (Olsson et al. 1998); vd = 0 is the law with constant damping (Canudas de Wit et al. 1995), which most published values of sigma0 and sigma1 are for";
-        let notice = Notice { variable: "friction.lugre.vd", value: DAMPING_VELOCITY, remark };
-        (is_changed && self.damping_velocity.0.value == DAMPING_VELOCITY).then_some(notice)
+        self.damping_velocity.notice("friction.lugre.vd", [self.stiffness, self.damping])
     }
 
     fn scale(&self) -> f64 {
@@ -95,7 +107,7 @@ impl BristleLaw for LuGre {
         let v = contact.velocity;
         let limit = self.curve.at(v.abs(), contact.level);
         let rate = (v * limit - v.abs() * z * self.stiffness) / divisor(limit) + fading_rate(z, limit);
-        let decay = faded((v / self.damping_velocity.0).powf(2.0));
+        let decay = self.damping_velocity.left(v);
         (z * self.stiffness + decay * rate * self.damping + v * self.viscous, rate)
     }
 }

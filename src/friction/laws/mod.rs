@@ -16,6 +16,7 @@ pub mod maxwell_slip;
 pub mod none;
 pub mod polito;
 pub mod reset_integrator;
+pub mod revised_lugre;
 pub mod sine_regularised;
 pub mod smooth_coulomb;
 pub mod step_regularised;

@@ -151,7 +151,8 @@ mod tests {
                 "{law:?} slides with {force} N, not with 0.83 N: do its forces and its viscous friction say what they mean?"
             );
             // The force is shared by up to four elements, and scales allow for 1 N at least.
-            let share = z.iter().fold(0.0f64, |largest, z| largest.max(z.value.abs())) / friction.state_scale();
+            let shares = z[..states].iter().enumerate().map(|(state, z)| z.value.abs() / friction.scale_of(state));
+            let share = shares.fold(0.0f64, f64::max);
             assert!(states == 0 || (0.15..1.5).contains(&share), "{law:?}: {share} times the magnitude of its states");
         }
     }

@@ -13,7 +13,7 @@ const DYNAMIC_COEFFICIENT: f64 = 0.32;
 
 /// Every variable of the slider.
 pub fn tables<L: FrictionLaw>() -> Tables {
-    let states = states::table::<L>("friction", references::CONTACT, &[depends::U]);
+    let states = states::table::<L>("friction", references::CONTACT, [&[depends::U], &[]]);
     let weight = DYNAMIC_COEFFICIENT * MASS * GRAVITY;
     let laws = SharedForces::table::<L>("friction", references::FRICTION, Law::CoulombStiction.id(), weight);
     Tables {

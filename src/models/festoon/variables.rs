@@ -44,7 +44,11 @@ pub fn tables<L: FrictionLaw>() -> Tables {
         let own = TrolleyOutputs::<f64>::table().into_iter().map(|variable| of_trolley(variable, trolley)).collect();
         computed.extend(states::completed::<L>(own, contact_base(trolley)));
         let group = format!("trolley[{}].friction", trolley + 1);
-        computed.extend(states::table::<L>(&group, contact_base(trolley), &[trolley_base(trolley) + own::VELOCITY]));
+        computed.extend(states::table::<L>(
+            &group,
+            contact_base(trolley),
+            [&[trolley_base(trolley) + own::VELOCITY], &[]],
+        ));
     }
     Tables { inputs: Inputs::table(), computed, parameters: Parts::<L>::table() }
 }

@@ -49,7 +49,7 @@ pub fn tables<L: FrictionLaw, A: Actuating>() -> Tables {
     let computed = ByPart {
         outputs: completed(outputs.collect()),
         actuator: A::computed(),
-        friction: states::table::<L>("friction", references::CONTACT, depends::SLIDING)
+        friction: states::table::<L>("friction", references::CONTACT, [&depends::MOVING, &depends::LEVEL])
             .into_iter()
             .map(yielding)
             .collect(),
@@ -108,8 +108,8 @@ mod depends {
     /// Dependencies of the decision whether a law without states of its own holds the mass.
     pub const LOAD: &[u32] = &[references::TIME, FORCE, IMPOSED_POSITION, IMPOSED_VELOCITY, X, V, P_A, P_B];
 
-    /// Dependencies of velocity and load level.
-    pub const SLIDING: &[u32] = &[X, V, IMPOSED_VELOCITY, P_A, P_B];
+    /// Dependencies of the load level.
+    pub const LEVEL: [u32; 3] = [X, P_A, P_B];
 
     /// Dependencies of the limits of friction under an imposed motion.
     pub fn limits() -> Vec<u32> {

@@ -11,7 +11,7 @@ const COULOMB_RATIO: f64 = 0.5;
 
 /// Every variable of the system.
 pub fn tables<L: FrictionLaw>() -> Tables {
-    let states = states::table::<L>("friction", references::CONTACT, &[depends::V2]);
+    let states = states::table::<L>("friction", references::CONTACT, [&[depends::V2], &[]]);
     Tables {
         inputs: Inputs::table(),
         computed: [states::completed::<L>(Outputs::<f64>::table(), references::CONTACT), states].concat(),

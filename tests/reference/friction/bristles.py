@@ -80,6 +80,42 @@ class LuGre(BristleLaw):
 
 
 @dataclass(frozen=True)
+class RevisedLuGre(BristleLaw):
+    """LuGre on a lubricant film: deflection z[0] and film thickness z[1]."""
+
+    fs: float
+    fc: float
+    vs: float
+    delta: float
+    sigma0: float
+    sigma1: float
+    sigma2: float
+    vb: float
+    growth: float
+    decline: float
+    dwell: float
+    rest: float
+    vd: float
+    units = (1e-6, 0.1)
+
+    def rates(self, c: Contact, direction: int) -> Sequence[float]:
+        speed = max(direction * c.v, 0.0)
+        z, h = c.z
+        stribeck = math.exp(-((speed / self.vs) ** self.delta))
+        level = c.level * (self.fc * (1.0 - stribeck) + (1.0 - h) * self.fs * stribeck)
+        full = 1.0 - self.fc / self.fs
+        moving = 1.0 - math.exp(-((speed / self.rest) ** 2))
+        missing = full * moving * min(1.0, speed / self.vb) ** (2.0 / 3.0) - h
+        squeezing = (1.0 - moving) / self.dwell + moving / self.decline
+        film_rate = squeezing if missing < 0.0 else 1.0 / self.growth
+        return (c.v * (1.0 - direction * self.sigma0 * z / level), missing * film_rate)
+
+    def force(self, c: Contact, direction: int) -> float:
+        damping = self.sigma1 * math.exp(-((c.v / self.vd) ** 2))
+        return self.sigma0 * c.z[0] + damping * self.rates(c, direction)[0] + self.sigma2 * c.v
+
+
+@dataclass(frozen=True)
 class BlimanSorine(BristleLaw):
     f1: float
     f2: float

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-from .bristles import BlimanSorine, Dahl, ElastoPlastic, LuGre
+from .bristles import BlimanSorine, Dahl, ElastoPlastic, LuGre, RevisedLuGre
 from .dry import Ageing, DryFriction
 from .hybrid import Law, Stribeck
 from .karnopp import Karnopp
@@ -114,6 +114,25 @@ LAWS: dict[str, Entry] = {
         "lugre",
         {**STRIBECK_DEFAULTS, "sigma0": 1e6, "sigma1": 1e3, "sigma2": 30.0, "vd": 1e-2},
         lambda p: LuGre(_steady(p), p["sigma0"], p["sigma1"], p["sigma2"], p["vd"]).law(),
+    ),
+    "RevisedLuGre": Entry(
+        "revisedLuGre",
+        {
+            **STRIBECK_DEFAULTS,
+            "sigma0": 1e6,
+            "sigma1": 1e3,
+            "sigma2": 30.0,
+            "vb": 0.05,
+            "tauHp": 0.25,
+            "tauHn": 1.0,
+            "tauH0": 40.0,
+            "v0": 1e-4,
+            "vd": 1e-2,
+        },
+        lambda p: RevisedLuGre(
+            *(p[name] for name in ("Fs", "Fc", "vs", "delta", "sigma0", "sigma1", "sigma2")),
+            *(p[name] for name in ("vb", "tauHp", "tauHn", "tauH0", "v0", "vd")),
+        ).law(),
     ),
     "Leuven": Entry(
         "leuven",

@@ -11,5 +11,5 @@ pub mod values;
 
 const COULOMB: i64 = 2;
 const STRIBECK: i64 = 7;
-const STATES: usize = 46;
+const STATES: usize = 48;
 const INDICATORS: usize = 12;
