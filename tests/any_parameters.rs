@@ -85,16 +85,16 @@ fn any_parameters_near_the_defaults_run_in_bounded_work() {
                 .map(|(place, input)| {
                     let amplitude = input.nominal.unwrap_or(1.0) * random::uniform(&mut seed);
                     let (frequency, phase) = (0.2 + 4.8 * random::uniform(&mut seed), random::uniform(&mut seed));
-                    (place, input.start.unwrap_or_default(), amplitude, frequency, phase)
+                    (place, input, amplitude, frequency, phase)
                 })
                 .collect();
             let mut plant = setup.start(0.0).expect("a set that was tried");
             let mut before = work(&mut plant);
             for step in 0..STEPS {
                 let time = f64::from(step) * STEP;
-                for (place, start, amplitude, frequency, phase) in &swings {
-                    let value = start + amplitude * (TAU * (frequency * time + phase)).sin();
-                    plant.set_input(*place, value).expect("a legal value");
+                for (place, input, amplitude, frequency, phase) in &swings {
+                    let value = input.start.unwrap_or_default() + amplitude * (TAU * (frequency * time + phase)).sin();
+                    plant.set_input(*place, input.nearest(value)).expect("a legal value");
                 }
                 let done = plant.advance_to(time + STEP);
                 assert!(done.is_ok(), "{} {name} at {time} s: {done:?}", model.name);

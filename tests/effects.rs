@@ -85,6 +85,7 @@ fn contexts(model: &Model, name: &str) -> Vec<Changes> {
         ["leakage", "b"] => vec![vec![("chamberA.leakage", 1e-9)]],
         ["twoValves", ..] => vec![vec![("actuation", 4.0), ("valveVoltageA", 8.0), ("valveVoltageB", 2.0)]],
         ["twoRegulators", ..] => vec![vec![("actuation", 5.0)]],
+        [input] if input.starts_with("coil") => vec![vec![("actuation", 3.0), ("switching.command", 3.0)]],
         ["valveVoltageA" | "valveVoltageB"] => vec![vec![("actuation", 4.0)]],
         ["imposedPosition" | "imposedVelocity"] => vec![vec![("motion", 2.0)]],
         ["switching", ..] | ["switching.centreNumber"] => vec![vec![("actuation", 3.0)]],
@@ -217,7 +218,7 @@ fn digest(model: &Model, changes: &Changes, held: Option<usize>) -> u64 {
     for step in 0..48 {
         let swing = |(place, (variable, start)): (usize, (&Variable, &f64))| {
             let drawn = 0.7 * variable.nominal.unwrap_or(1.0) * random.next();
-            if held == Some(place) { *start } else { start + drawn }
+            if held == Some(place) { *start } else { variable.nearest(start + drawn) }
         };
         let inputs: Vec<f64> = table.inputs().zip(&starts).enumerate().map(swing).collect();
         if step % 4 == 0 {

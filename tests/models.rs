@@ -47,7 +47,8 @@ fn pushed(model: &'static Model, law: i32) -> Setup {
         setup.change("friction.law", law).expect("a law");
     }
     for input in setup.table().inputs() {
-        setup.change(&input.name, 1.1 * input.start.expect("a start value") + 0.3).expect("a legal value");
+        let value = input.nearest(1.1 * input.start.expect("a start value") + 0.3);
+        setup.change(&input.name, value).expect("a legal value");
     }
     setup
 }
@@ -254,8 +255,8 @@ fn parameter_tuned_at_the_start_is_like_one_set_before() {
                     continue;
                 }
                 for plant in [&mut before, &mut tuned] {
-                    for (name, input) in table.inputs().map(|input| (&input.name, input.start.unwrap())) {
-                        plant.set(name, 1.1 * input + 0.3).unwrap();
+                    for input in table.inputs() {
+                        plant.set(&input.name, input.nearest(1.1 * input.start.unwrap() + 0.3)).unwrap();
                     }
                     plant.advance_to(0.02 * model.experiment.stop_time).unwrap();
                 }
@@ -316,7 +317,13 @@ fn slope_of_an_input_lasts_for_a_step() {
         for input in model.table().inputs() {
             let mut plant = Setup::new(model).start(0.0).expect("the defaults fit");
             let start = plant.get(&input.name).expect("an input");
-            plant.set_slope(&input.name, 0.5).expect("an input");
+            let outcome = plant.set_slope(&input.name, 0.5);
+            if input.kind == Kind::Boolean {
+                let refusal = outcome.expect_err("true or false").to_string();
+                assert!(refusal.contains(&input.name), "{refusal}");
+                continue;
+            }
+            outcome.expect("a real input");
             for step in 1..=2 {
                 plant.advance_to(0.25 * f64::from(step)).expect("a small change");
                 let value = plant.get(&input.name).expect("an input");

@@ -208,7 +208,10 @@ fn go(recorded: &Recorded, simulation: &mut dyn Simulation, starts: &[f64]) -> R
         let inputs: Vec<f64> = table
             .inputs()
             .zip(starts)
-            .map(|(input, start)| start + 0.7 * input.nominal.unwrap_or(1.0) * random.next())
+            .map(|(input, start)| match input.kind {
+                Kind::Boolean => *start,
+                _ => start + 0.7 * input.nominal.unwrap_or(1.0) * random.next(),
+            })
             .collect();
         let slopes: Vec<f64> = inputs.iter().map(|input| if index % 3 == 0 { 2.0 * input } else { 0.0 }).collect();
         if index % 4 == 0 {

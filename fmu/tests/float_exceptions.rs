@@ -40,7 +40,8 @@ fn raised(call: impl FnOnce() -> c_int) -> c_int {
 fn raising(model: &Model, law: Option<i32>) -> Vec<String> {
     let variables = model.table();
     let reference = |name: &str| variables.find(name).map(|entry| entry.variable.reference);
-    let inputs: Vec<&Variable> = variables.iter().filter(|variable| variable.role == Role::Input).collect();
+    let is_real_input = |it: &&Variable| it.role == Role::Input && matches!(it.kind, Kind::Real(_));
+    let inputs: Vec<&Variable> = variables.iter().filter(is_real_input).collect();
     let references: Vec<u32> = inputs.iter().map(|variable| variable.reference).collect();
     let outputs: Vec<u32> =
         variables.computed().filter(|it| matches!(it.kind, Kind::Real(_))).map(|it| it.reference).collect();

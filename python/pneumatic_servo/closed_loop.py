@@ -167,6 +167,9 @@ class Loop:
                 )
             if name in driven:
                 raise ValueError(f"{name} is given twice, among the inputs and by the controller")
+            if self.model.inputs[name].kind == "boolean":
+                made[name] = values.flag(self.model.inputs[name], value)
+                continue
             if not values.is_number(value):
                 raise ValueError(
                     f"at t = {time:g} s the controller sets {name} = {shortened(value)}: it must be a number"

@@ -176,7 +176,9 @@ def _of_texts(cells: Sequence[str], places: Sequence[str], *, has_comma: bool) -
         texts = [cell.replace(",", ".") for cell in cells] if has_comma else cells
         return [finite(text, place) for text, place in zip(texts, places, strict=True)], None
     except ValueError as error:
-        return [np.nan] * len(cells), str(error)
+        # An input may be true or false.
+        logical = {"true": 1.0, "false": 0.0}
+        return [logical.get(cell.strip().lower(), np.nan) for cell in cells], str(error)
 
 
 def _clock(cells: Sequence[str], places: Sequence[str]) -> list[float] | None:

@@ -58,6 +58,8 @@ class Trajectory:
         for name in self.inputs:
             if name not in model.inputs:
                 raise ValueError(f"inputs: {name} is not an input{did_you_mean(name, model.inputs)}")
+            if model.inputs[name].kind != "real":
+                raise ValueError(f"inputs: {name} is true or false, and nothing can be differentiated by it")
         self.outputs = list(model._recorded(outputs, {}))
         wrong = next((name for name in self.outputs if model.variables[name].kind != "real"), None)
         if wrong is not None:

@@ -30,7 +30,8 @@ columns t and u, or a pandas Series over time. A constant may have a unit, ``"6 
 
 Points are joined by straight lines; beyond them the value at the end holds; of points at the same time the last counts,
 so that a pair of them makes a step. ``{"hold": points}`` holds the value of each point until the next one instead, as
-measured commands are, and ``{"lines": points}`` says by name what points do anyway.
+measured commands are, and ``{"lines": points}`` says by name what points do anyway. An input that is true or false
+(``coil[1]``) is always held.
 
 As a host applies it to an FMU, the value at each communication point is held over the step that begins there.
 """
@@ -90,7 +91,10 @@ def of_table(variables: Variables, table: Table) -> tuple[dict[str, Input], floa
     inputs: dict[str, Input] = {}
     for name, place in chosen.items():
         variable = variables[name]
-        column = table.in_si(place, table.units[place] or variable.unit, variable.unit)
+        if variable.kind == "boolean" and not np.isnan(table.values[:, place]).any():
+            column = np.ascontiguousarray(table.values[:, place])
+        else:
+            column = table.in_si(place, table.units[place] or variable.unit, variable.unit)
         if table.is_recorded:
             column = held_from(column)
         _check_column(variable, column, table, place)
@@ -147,6 +151,8 @@ def _check_column(variable: Variable, column: Array, table: Table, place: int) -
 
 def _illegal(variable: Variable, column: Array) -> int | None:
     legal = np.isfinite(column)
+    if variable.kind == "boolean":
+        legal &= np.isin(column, (0.0, 1.0))
     if variable.minimum is not None:
         legal &= column >= variable.minimum
     if variable.maximum is not None:
@@ -291,7 +297,7 @@ def _is_constant_with_unit(given: Any) -> bool:
 
 
 def points(variable: Variable, given: tuple[Any, ...]) -> tuple[Array, Array]:
-    """Check times and values; the last axis of the values is the time."""
+    """Check times and values; the last axis of the values is the time. True and false are held between the points."""
     given = _with_one_unit(given)
     unit = given[2] if len(given) == 3 and isinstance(given[2], str) else None
     if len(given) != 2 and unit is None:
@@ -322,6 +328,9 @@ def points(variable: Variable, given: tuple[Any, ...]) -> tuple[Array, Array]:
     if bad is not None:
         place = np.unravel_index(bad, column.shape)
         values.check_range(variable, float(column[place]), float(times[place[-1]]))
+    if variable.kind == "boolean":
+        times, column = held((times, column))
+        return times, np.ascontiguousarray(column)
     return times, column
 
 
@@ -350,6 +359,8 @@ FORMS = "a constant, a pair (t, u) of times and values, or a function of time"
 
 def _constant(variable: Variable, given: Any) -> float:
     """Return the value of an input that stays the same."""
+    if variable.kind == "boolean":
+        return values.flag(variable, given)
     if not values.is_number(given):
         raise ValueError(
             f"{variable.name} = {shortened(given)} is refused: it must be {FORMS}, in {variable.unit} or with a unit"
@@ -371,6 +382,8 @@ def _at(variable: Variable, given: Callable[[float], float], time: float) -> flo
     value = given(time)
     if type(value) is not float:
         value = value.item() if getattr(value, "size", 0) == 1 and hasattr(value, "item") else value
+        if variable.kind == "boolean" and isinstance(value, bool):
+            return float(value)
         if not values.is_number(value):
             raise ValueError(f"at t = {time:g} s {variable.name} = {shortened(value)} is refused: it must be a number")
         value = float(value)
@@ -410,7 +423,7 @@ def _check_kind(variable: Variable, given: Any) -> None:
         kind = np.asarray(given).dtype.kind
     except ValueError:
         return
-    if kind in KINDS:
+    if kind in KINDS and not (kind == "b" and variable.kind == "boolean"):
         raise ValueError(
             f"{variable.name} = {shortened(given)} is refused: the values are {KINDS[kind]}; they must be numbers"
             f"{in_unit(variable.unit)}"

@@ -182,6 +182,9 @@ def linearise(
             f"inputs: {unknown!r} is not an input of {model.name}{hint}; "
             f"the inputs are {', '.join(model.inputs) or 'none'}"
         )
+    discrete = next((name for name in inputs if model.inputs[name].kind != "real"), None)
+    if discrete is not None:
+        raise ValueError(f"inputs: {discrete} is true or false, and nothing can be differentiated by it")
     point = OperatingPoint(model, start, at, inputs)
     if trim:
         point.trim()

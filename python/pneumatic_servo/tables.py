@@ -136,6 +136,9 @@ def _of_columns(file: Path, header: list[str], columns: Sequence[NDArray[Any]]) 
             values[:, at] = _column(file, at + 1, names[at], column)
         except ValueError as error:
             faults[at] = str(error)
+            if column.dtype.kind == "b":
+                # An input may be true or false.
+                values[:, at] = column
         if at not in faults and not np.issubdtype(column.dtype, np.number) and _are_times(column):
             units[at] = "s"
     return Table(file, header, names, units, values, np.arange(len(values)), 0, faults=faults)

@@ -42,7 +42,17 @@ def checked(variable: Variable, given: object) -> Value:
         value = number(variable, given)
         check_range(variable, value)
         return value
+    if variable.kind == "boolean" and variable.role == "input":
+        return flag(variable, given) == 1.0
     return given  # type: ignore[return-value]
+
+
+def flag(variable: Variable, given: object) -> float:
+    """Return 1 or 0 for an input that is true or false."""
+    value = given.item() if isinstance(given, np.generic) else given
+    if not isinstance(value, bool | int | float) or value not in (0, 1):
+        raise ValueError(f"{variable.name} = {shortened(given)} is refused: it must be True or False, or 1 or 0")
+    return float(value)
 
 
 def number(variable: Variable, given: object) -> float:
@@ -98,6 +108,8 @@ def is_number(given: object) -> bool:
 
 def check_range(variable: Variable, value: float, time: float | None = None) -> None:
     """Refuse a value that is not finite or out of range; state the range, and the unit that may have been meant."""
+    if variable.kind == "boolean" and value not in (0.0, 1.0):
+        raise Refused(variable.name, value, "it must be 1 (True) or 0 (False)", time)
     low, high = variable.minimum, variable.maximum
     if math.isfinite(value) and (low is None or value >= low) and (high is None or value <= high):
         return

@@ -5,7 +5,7 @@ use numpy::ndarray::Array2;
 use numpy::{IntoPyArray, PyArray2};
 use pneumatic_servo::co_simulation::Direction;
 use pneumatic_servo::model::{Plant, Saved};
-use pneumatic_servo::variables::Place;
+use pneumatic_servo::variables::{Kind, Place};
 use pyo3::prelude::*;
 use pyo3::sync::MutexExt;
 use pyo3::types::PyBytes;
@@ -151,6 +151,9 @@ impl Simulation {
         let mut matrix = Array2::zeros((of.len(), to.len()));
         for (column, name) in to.iter().enumerate() {
             let entry = table.find(name).ok_or_else(|| refused(format!("there is no variable {name}")))?;
+            if entry.variable.kind == Kind::Boolean {
+                return Err(refused(format!("{name} is true or false, and nothing can be differentiated by it")));
+            }
             let seed = match (entry.state, entry.place) {
                 (Some(state), _) => &mut states[state],
                 (None, Place::Input(input)) => &mut inputs[input],

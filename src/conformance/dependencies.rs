@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::f64::consts::TAU;
 
-use super::{duration, moved, started, told, within};
+use super::{duration, moved, started, told};
 use crate::co_simulation::{Direction, Simulation};
 use crate::model::Setup;
 use crate::solver::StepError;
@@ -107,7 +107,7 @@ fn by_differences(table: &Table, simulation: &mut dyn Simulation, inputs: &[f64]
     for (place, input) in table.inputs().enumerate() {
         for difference in [1e-3, -1e-3, 0.3, -0.3, 30.0, -30.0] {
             let mut changed = inputs.to_vec();
-            changed[place] = within(input, changed[place] + difference * input.nominal.unwrap_or(1.0));
+            changed[place] = input.nearest(changed[place] + difference * input.nominal.unwrap_or(1.0));
             simulation.set_inputs(&changed, &still);
             simulation.values(&mut after);
             let pairs = table.computed().zip(before.iter().zip(&after));

@@ -120,11 +120,6 @@ fn started(setup: &Setup) -> Box<dyn Simulation> {
 
 /// The inputs away from their start values by seven tenths of their magnitude times a number, as far as that is legal.
 fn moved(setup: &Setup, by: f64) -> Vec<f64> {
-    let moved = |(input, start): (&Variable, &f64)| within(input, start + 0.7 * input.nominal.unwrap_or(1.0) * by);
+    let moved = |(input, start): (&Variable, &f64)| input.nearest(start + 0.7 * input.nominal.unwrap_or(1.0) * by);
     setup.table().inputs().zip(setup.inputs()).map(moved).collect()
-}
-
-/// The legal value that is nearest.
-fn within(variable: &Variable, value: f64) -> f64 {
-    value.max(variable.min.unwrap_or(f64::NEG_INFINITY)).min(variable.max.unwrap_or(f64::INFINITY))
 }

@@ -11,7 +11,7 @@ use crate::numbers::{DIRECTIONS, Slopes, Tangent};
 use crate::sensitivity::{Along, Crossing, DirectionError, NoDerivative, Varied, directions, seeds};
 use crate::session::{Seeds, Snapshot, SnapshotError, Start};
 use crate::solver::StepError;
-use crate::variables::{Notice, ParameterError, Place, Role, Table, Variable};
+use crate::variables::{Kind, Notice, ParameterError, Place, Role, Table, Variable};
 use crate::variables::{SettingError, Value, find};
 
 /// A running model.
@@ -187,11 +187,14 @@ impl Plant {
     /// Lets an input vary with a slope in 1/s during the next step; then it keeps the value it has reached.
     ///
     /// # Errors
-    /// [`SettingError`] if there is no such input.
+    /// [`SettingError`] if there is no such input, or if it is true or false.
     pub fn set_slope(&mut self, name: &str, slope: f64) -> Result<(), SettingError> {
-        let Place::Input(place) = find(self.table(), name)?.place else {
-            return Err(SettingError::NotSettable { name: name.to_owned(), reason: "only inputs have slopes" });
-        };
+        let entry = find(self.table(), name)?;
+        let refuse = |reason| Err(SettingError::NotSettable { name: name.to_owned(), reason });
+        let Place::Input(place) = entry.place else { return refuse("only inputs have slopes") };
+        if slope != 0.0 && entry.variable.kind == Kind::Boolean {
+            return refuse("it is true or false, and has no slope");
+        }
         self.slopes[place] = slope;
         self.inputs_changed();
         Ok(())

@@ -21,6 +21,10 @@ pub const VOLTAGE: u32 = 1;
 pub const VOLTAGE_A: u32 = 6;
 /// The same of chamber B.
 pub const VOLTAGE_B: u32 = 7;
+/// Value reference of the first of the inputs that switch coils; the others follow.
+pub const COIL: u32 = 8;
+/// Number of coils.
+pub const COILS: usize = 4;
 /// Value reference of the parameter that chooses among actuators.
 pub const ACTUATION: u32 = 1032;
 /// Value reference of the input that is the supply pressure.
@@ -39,7 +43,7 @@ pub struct Ports<'a, S> {
     pub exhaust_pressure: Tangent,
 }
 
-/// The inputs that command an actuator, voltages in V.
+/// The inputs that command an actuator, voltages in V and coils.
 #[derive(Clone, Copy, Debug)]
 pub struct Commands<S> {
     /// Of an actuator for both chambers.
@@ -48,12 +52,14 @@ pub struct Commands<S> {
     pub voltage_a: S,
     /// Of the actuator of chamber B.
     pub voltage_b: S,
+    /// Of valves that are switched [one by one](Actuating::command): 1 for a coil that is on, else 0.
+    pub coils: [S; COILS],
 }
 
-impl<S: Copy> Commands<S> {
-    /// The same voltage for all.
+impl<S: Copy + Default> Commands<S> {
+    /// The same voltage for all, and all coils off.
     pub fn all(voltage: S) -> Self {
-        Self { voltage, voltage_a: voltage, voltage_b: voltage }
+        Self { voltage, voltage_a: voltage, voltage_b: voltage, coils: [S::default(); COILS] }
     }
 
     /// The values for the actuators of the chambers A and B.
@@ -154,6 +160,15 @@ pub trait Actuating: Clone + std::fmt::Debug + Send + Sync + Sized + 'static {
         false
     }
 
+    /// Whether the flow depends on the time, too.
+    fn depends_on_time(&self) -> bool {
+        false
+    }
+
+    /// Takes notice of the commands at a time in s. Asked of actuators that [change by themselves](Self::is_sampled), after each
+    /// accepted step and where inputs change.
+    fn command<S: Varying>(&self, _time: S, _commands: Commands<S>, _memory: &mut Self::Memory<S>) {}
+
     /// Lets the memory follow the commands.
     fn follow<S: Varying>(&self, _commands: Commands<S>, _memory: &mut Self::Memory<S>) {}
 
@@ -167,6 +182,18 @@ pub trait Actuating: Clone + std::fmt::Debug + Send + Sync + Sized + 'static {
 
     /// Flow into the chambers.
     fn feed<S: Scalar>(&self, states: [S; STATES], ports: &Ports<S>, gas: GasState<Pair<S>>) -> Inflow<Pair<S>>;
+
+    /// Flow into the chambers at a time in s, where it depends on the memory, too.
+    fn feed_at<S: Scalar>(
+        &self,
+        _time: S,
+        states: [S; STATES],
+        _memory: &Self::Memory<S::Held>,
+        ports: &Ports<S>,
+        gas: GasState<Pair<S>>,
+    ) -> Inflow<Pair<S>> {
+        self.feed(states, ports, gas)
+    }
 
     /// The numbers, one for each chamber, of the smooth pieces of [`feed`](Self::feed) in which the states and the pressures
     /// in Pa of both chambers lie: whole numbers, which are compared side by side.

@@ -1,7 +1,8 @@
-//! The catalogue of actuators: valves and regulators that feed the chambers of a cylinder on a voltage, or on one for each chamber.
+//! The catalogue of actuators: valves and regulators that feed the chambers of a cylinder on a voltage, on one for each chamber, or on
+//! coils.
 
 pub use super::actuation::{
-    ACTUATION, Actuating, Commands, FLOW, Ports, STATES, SUPPLY, VOLTAGE, VOLTAGE_A, VOLTAGE_B,
+    ACTUATION, Actuating, COIL, COILS, Commands, FLOW, Ports, STATES, SUPPLY, VOLTAGE, VOLTAGE_A, VOLTAGE_B,
 };
 use super::{regulator, switching, two_regulators, two_valves, valve};
 
@@ -187,6 +188,9 @@ macro_rules! actuator_items {
                 fn takes_commands_of_chambers(&self) -> bool {
                     of_actuator!(self, |actuator| actuator.takes_commands_of_chambers())
                 }
+                fn depends_on_time(&self) -> bool {
+                    of_actuator!(self, |actuator| actuator.depends_on_time())
+                }
                 fn is_sampled(&self) -> bool {
                     of_actuator!(self, |actuator| actuator.is_sampled())
                 }
@@ -196,6 +200,10 @@ macro_rules! actuator_items {
                 #[inline(always)]
                 fn feed<S: Scalar>(&self, states: [S; STATES], ports: &Ports<S>, gas: GasState<Pair<S>>) -> Inflow<Pair<S>> {
                     of_actuator!(self, |actuator| actuator.feed(states, ports, gas))
+                }
+                #[inline(always)]
+                fn feed_at<S: Scalar>(&self, time: S, states: [S; STATES], memory: &Memory<S::Held>, ports: &Ports<S>, gas: GasState<Pair<S>>) -> Inflow<Pair<S>> {
+                    of_actuator!(self, memory, |actuator, memory| actuator.feed_at(time, states, memory, ports, gas))
                 }
                 #[inline(always)]
                 fn piece(&self, states: [f64; STATES], ports: &Ports<Real>, pressures: Pair<Real>) -> Pair<Real> {
@@ -245,6 +253,9 @@ macro_rules! actuator_items {
                 #[inline(always)]
                 fn follow<S: Varying>(&self, commands: Commands<S>, memory: &mut Memory<S>) {
                     of_actuator!(self, memory, |actuator, memory| actuator.follow(commands, memory))
+                }
+                fn command<S: Varying>(&self, time: S, commands: Commands<S>, memory: &mut Memory<S>) {
+                    of_actuator!(self, memory, |actuator, memory| actuator.command(time, commands, memory))
                 }
                 fn next_sample<S: Varying>(&self, memory: &Memory<S>) -> Sample<S> {
                     of_actuator!(self, memory, |actuator, memory| actuator.next_sample::<S>(memory))

@@ -34,6 +34,11 @@ impl<S: Scalar> Sample<S> {
         Self { time, tolerance: 0.0 }
     }
 
+    /// A time in s at which a step has to end, unless a communication point is as near as a tolerance in s.
+    pub fn near(time: S, tolerance: f64) -> Self {
+        Self { time, tolerance }
+    }
+
     /// The earlier of two.
     pub fn earlier(self, other: Self) -> Self {
         if other.time.value() < self.time.value() { other } else { self }

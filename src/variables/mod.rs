@@ -192,6 +192,11 @@ impl Variable {
         Self { start: Some(start), ..Self::new(reference, name, Kind::Real(unit), Role::Input) }
     }
 
+    /// A true-or-false input.
+    pub fn switch(reference: u32, name: &str, start: bool) -> Self {
+        Self { start: Some(start.into()), ..Self::new(reference, name, Kind::Boolean, Role::Input) }
+    }
+
     /// A fixed real parameter.
     pub fn parameter(reference: u32, name: &str, unit: Unit, start: f64) -> Self {
         Self { start: Some(start), ..Self::new(reference, name, Kind::Real(unit), Role::Fixed) }
@@ -383,6 +388,14 @@ impl Variable {
             Kind::Boolean if value != 0.0 && value != 1.0 => refuse(format_args!("it must be 0 (false) or 1 (true)")),
             _ => Ok(()),
         }
+    }
+
+    /// The legal value nearest to a value: within the range, and of a Boolean 0 or 1.
+    pub fn nearest(&self, value: f64) -> f64 {
+        if self.kind == Kind::Boolean {
+            return f64::from(value > 0.5);
+        }
+        value.max(self.min.unwrap_or(f64::NEG_INFINITY)).min(self.max.unwrap_or(f64::INFINITY))
     }
 
     /// Why a value is refused: apart from the check, which is made at every step.

@@ -192,7 +192,8 @@ def test_variables_are_those_of_the_description(plant: ps.Model, fmu: Path) -> N
     assert (conductance.default, conductance.unit, conductance.minimum is not None) == (3.93e-9, "m3/(s.Pa)", True)
     assert plant.parameters["friction.law"].default == "Stribeck"
     of_options = ["imposedPosition", "imposedVelocity", "valveVoltageA", "valveVoltageB"]
-    assert list(plant.inputs) == ["valveVoltage", "externalForce", "supplyPressure", *of_options]
+    coils = [f"coil[{number}]" for number in (1, 2, 3, 4)]
+    assert list(plant.inputs) == ["valveVoltage", "externalForce", "supplyPressure", *of_options, *coils]
 
 
 @pytest.mark.parametrize(

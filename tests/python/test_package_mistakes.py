@@ -142,7 +142,8 @@ REFUSED: dict[str, tuple[Callable[[], object], str]] = {
     "a small letter": (
         lambda: simulate(inputs={"valvevoltage": (T, U)}),
         "valvevoltage is not an input; did you mean valveVoltage?; the inputs are valveVoltage, "
-        "externalForce, supplyPressure, imposedPosition, imposedVelocity, valveVoltageA, valveVoltageB",
+        "externalForce, supplyPressure, imposedPosition, imposedVelocity, valveVoltageA, valveVoltageB, "
+        "coil[1], coil[2], coil[3], coil[4]",
     ),
     "a function without a value": (
         driven(lambda t: None),

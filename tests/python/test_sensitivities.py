@@ -175,8 +175,11 @@ def test_transition_maps_small_changes(plant: ps.Model) -> None:
     step = simulation.transition(size, parameters=["valve.C"], outputs=outputs)
     assert simulation["sticking"] == 0.0
     A, B, C, D = step
-    assert A.shape == (len(step.next_states), len(step.states)) and B.shape == (len(step.next_states), 7)
-    assert C.shape == (3, len(step.states)) and D.shape == (3, 7) and step.Q.shape == (3, 1)
+    assert A.shape == (len(step.next_states), len(step.states)) and B.shape == (
+        len(step.next_states),
+        len(plant.inputs),
+    )
+    assert C.shape == (3, len(step.states)) and D.shape == (3, len(plant.inputs)) and step.Q.shape == (3, 1)
     assert step.inputs == tuple(plant.inputs) and step.parameters == ("valve.C",) and step.outputs == tuple(outputs)
 
     def after(change: float) -> np.ndarray:

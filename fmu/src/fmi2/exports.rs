@@ -152,7 +152,7 @@ exports! {
         set(instance, Base::Integer, references, number, values, f64::from)
     };
 
-    /// Sets Boolean parameters: all of them, or none if one is refused.
+    /// Sets Boolean inputs and parameters: all of them, or none if one is refused.
     fn fmi2SetBoolean(references: *const ValueReference, number: usize, values: *const Boolean) => Set, |instance| {
         set(instance, Base::Boolean, references, number, values, f64::from)
     };

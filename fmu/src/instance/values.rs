@@ -8,9 +8,14 @@ use crate::calls::{Mode, describe};
 use crate::failure::Failure;
 use pneumatic_servo::variables::{Entry, Kind, Place, Role, Variable};
 
+/// The modes in which an input may be set that is not real: in model exchange at events only.
+const DISCRETE_SETTABLE: &[Mode] =
+    &[Mode::Instantiated, Mode::Initialization, Mode::StepComplete, Mode::StepEvent, Mode::Event];
+
 /// The modes in which a variable may be set: parameters only until their values are in use, unless tunable.
-fn settable(role: Role) -> &'static [Mode] {
-    match role {
+fn settable(variable: &Variable) -> &'static [Mode] {
+    match variable.role {
+        Role::Input if !matches!(variable.kind, Kind::Real(_)) => DISCRETE_SETTABLE,
         Role::Input => &[
             Mode::Instantiated,
             Mode::Initialization,
@@ -141,7 +146,7 @@ impl Instance {
         let Place::Parameter(place) = slot.place else { return false };
         let parameters = &self.record.parameters;
         slot.variable.role == Role::Fixed
-            && !settable(Role::Fixed).contains(&self.record.mode)
+            && !settable(slot.variable).contains(&self.record.mode)
             && [parameters[place], self.layout.table.in_use(place, parameters)]
                 .map(f64::to_bits)
                 .contains(&value.to_bits())
@@ -149,7 +154,7 @@ impl Instance {
 
     fn check_settable(&self, slot: &Entry) -> Result<(), Failure> {
         let variable = slot.variable;
-        let modes = if slot.state.is_some() { STATES_SETTABLE } else { settable(variable.role) };
+        let modes = if slot.state.is_some() { STATES_SETTABLE } else { settable(variable) };
         if modes.contains(&self.record.mode) { Ok(()) } else { Err(not_settable(variable, modes)) }
     }
 

@@ -35,7 +35,7 @@ fn all_inputs_together_keep_the_values_they_reached() {
     let first = ["valveVoltage", "externalForce", "supplyPressure", "imposedPosition", "imposedVelocity"];
     let inputs = [&first[..], &["valveVoltageA", "valveVoltageB"]].concat();
     let references_of = inputs.iter().map(|name| vr(name)).collect::<Vec<_>>();
-    assert_eq!(references(is_input), references_of);
+    assert_eq!(references(is_real_input), references_of);
     let before = [5.0, 8.0, 524_288.0, 0.25, 0.5, 4.0, 6.0];
     assert_eq!(instance.set_real(&references_of, &before), OK);
     assert_eq!(instance.set_slopes(&references_of, &[128.0, 1024.0, -65_536.0, 16.0, 64.0, 128.0, -128.0]), OK);
@@ -347,7 +347,7 @@ fn nothing_depends_on_what_the_model_structure_does_not_name() {
     for (law, _) in laws() {
         for voltage in [5.0, 8.0] {
             let instance = moving(law, voltage);
-            for known in variables().iter().filter(|variable| is_input(variable) || is_state(variable)) {
+            for known in variables().iter().filter(|variable| is_real_input(variable) || is_state(variable)) {
                 for (unknown, derivative) in unknowns().iter().zip(column(&instance, known.reference)) {
                     let named = unknown.depends_on.as_ref().is_none_or(|all| all.contains(&known.reference));
                     assert!(named || derivative == 0.0, "law {law}: {} by {}: {derivative}", unknown.name, known.name);

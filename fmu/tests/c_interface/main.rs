@@ -2,6 +2,7 @@
 
 #![allow(unsafe_code, reason = "a C interface is called")]
 
+mod coils;
 #[path = "../common/mod.rs"]
 mod common;
 mod derivatives;

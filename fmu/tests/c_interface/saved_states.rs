@@ -55,7 +55,12 @@ impl Swinging {
                 _ => 0.4 * start.abs() + 0.05,
             };
             let phase = f64::from(step) * (0.7 + 0.3 * number as f64);
-            assert_eq!(self.instance.set_real(&[input.reference], &[start + amplitude * phase.sin()]), OK);
+            let (reference, value) = ([input.reference], start + amplitude * phase.sin());
+            let status = match input.kind {
+                Kind::Boolean => self.instance.set_boolean(&reference, &[(value > 0.0).into()]),
+                _ => self.instance.set_real(&reference, &[value]),
+            };
+            assert_eq!(status, OK, "{}", input.name);
         }
         let status = self.instance.step(f64::from(step) * self.size, self.size);
         assert_eq!(status, OK, "{}: {:?}", self.model.name, self.instance.messages());

@@ -131,6 +131,11 @@ pub fn is_input(variable: &Variable) -> bool {
     variable.role == Role::Input
 }
 
+/// Whether a variable is a real input: one that may have a slope.
+pub fn is_real_input(variable: &Variable) -> bool {
+    is_input(variable) && is_real(variable)
+}
+
 /// The ids of the friction laws.
 pub fn laws() -> Vec<(i32, &'static str)> {
     let Kind::Enumeration(laws) = variable("friction.law").kind else { panic!("friction.law is an enumeration") };

@@ -9,7 +9,7 @@ use pneumatic_servo::model_exchange::Exchange;
 use pneumatic_servo_fmu::fmi2::types::EventInfo;
 
 use crate::common::fmi3::{Instance3, LIBRARY3, Way};
-use crate::common::{DISCARD, ERROR, Instance, LIBRARY, OK, is_input};
+use crate::common::{DISCARD, ERROR, Instance, LIBRARY, OK, is_input, is_real};
 use crate::random::Random;
 use crate::{CALLS_PER_ROUND, DEFAULT_CALLS, MODEL, exchanged, setting, variables};
 
@@ -237,13 +237,20 @@ impl Triplets {
         let inputs: Vec<_> = variables().iter().filter(|it| is_input(it)).collect();
         let place = self.random.below(inputs.len());
         let value = self.random.value_for(inputs[place]);
-        let expected = if inputs[place].check(value).is_ok() { self.legal("EX") } else { ERROR };
+        let is_legal = inputs[place].check(value).is_ok();
+        // Discrete inputs change in event mode only.
+        let modes = if is_real(inputs[place]) { "EX" } else { "E" };
+        let expected = if is_legal { self.legal(modes) } else { ERROR };
         if expected == OK {
             self.inputs[place] = value;
             self.model.set_inputs(&self.inputs);
         }
         let reference = [inputs[place].reference];
-        ("input", expected, self.two.set_real(&reference, &[value]), self.three.set(&reference, &[value]))
+        if is_real(inputs[place]) {
+            return ("input", expected, self.two.set_real(&reference, &[value]), self.three.set(&reference, &[value]));
+        }
+        let two = self.two.set_boolean(&reference, &[value as c_int]);
+        ("coil", expected, two, self.three.set_boolean(&reference, &[value as u8]))
     }
 }
 

@@ -6,7 +6,7 @@ use pneumatic_servo::co_simulation::{Direction, Simulation, Snapshot};
 use pneumatic_servo::model::{Seeds, Start};
 use pneumatic_servo::variables::{Chosen, Kind, Role, Variable};
 
-use crate::common::{DISCARD, ERROR, Instance, OK, is_input, is_real};
+use crate::common::{DISCARD, ERROR, Instance, OK, is_input, is_real, is_real_input};
 use crate::{MODEL, SOLVER_STEPS, limit, variables};
 
 /// Expected state of the instance.
@@ -244,7 +244,7 @@ pub fn directional(pair: &mut Pair, unknowns: &[u32], knowns: &[u32], seeds: &[f
         } else if find(*known).is_some_and(|variable| variable.role == Role::Tunable && is_real(variable)) {
             parameter_seeds[place(find(*known)?, Variable::is_parameter)] += seed;
         } else {
-            input_seeds[place(find(*known).filter(|it| is_input(it))?, is_input)] += seed;
+            input_seeds[place(find(*known).filter(|it| is_real_input(it))?, is_input)] += seed;
         }
     }
     let mut derivatives = pair.computed()?;

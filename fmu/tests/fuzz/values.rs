@@ -4,7 +4,7 @@ use std::ffi::c_int;
 
 use pneumatic_servo::variables::{Kind, Role, Variable};
 
-use crate::common::{ERROR, OK, is_input, is_real};
+use crate::common::{ERROR, OK, is_input, is_real, is_real_input};
 use crate::fuzzer::Fuzzer;
 use crate::reference::{directional, find, is_computed_real, place};
 use crate::{limit, variables};
@@ -58,10 +58,11 @@ impl Fuzzer {
 
     pub fn set_booleans(&mut self, index: usize) -> bool {
         let is_boolean = |variable: &Variable| variable.kind == Kind::Boolean;
-        if !variables().iter().any(|variable| is_boolean(variable) && variable.is_parameter()) {
+        let is_settable = |variable: &Variable| is_boolean(variable) && !variable.is_computed();
+        if !variables().iter().any(is_settable) {
             return false;
         }
-        let (references, values) = self.assignment(|variable| is_boolean(variable) && variable.is_parameter());
+        let (references, values) = self.assignment(is_settable);
         let values: Vec<_> = values.into_iter().map(|value| value as c_int).collect();
         let pair = &mut self.pairs[index];
         let legal =
@@ -72,10 +73,11 @@ impl Fuzzer {
     }
 
     pub fn set_slopes(&mut self, index: usize) -> bool {
-        let (references, values) = self.assignment(is_input);
+        let (references, values) = self.assignment(is_real_input);
         let order = if self.random.one_in(10) { self.random.below(4) as c_int - 1 } else { 1 };
         let pair = &mut self.pairs[index];
-        let is_legal = |(reference, value): (&u32, &f64)| find(*reference).is_some_and(is_input) && value.is_finite();
+        let is_legal =
+            |(reference, value): (&u32, &f64)| find(*reference).is_some_and(is_real_input) && value.is_finite();
         let legal = "IMC".contains(pair.expected.state) && order == 1 && references.iter().zip(&values).all(is_legal);
         if legal {
             for (reference, value) in references.iter().zip(&values) {
@@ -106,7 +108,7 @@ impl Fuzzer {
     pub fn directional(&mut self, index: usize) -> bool {
         let (unknowns, _) = self.assignment(is_computed_real);
         let (knowns, seeds) = self.assignment(|variable| {
-            is_input(variable)
+            is_real_input(variable)
                 || variable.role == Role::Time
                 || variables().iter().any(|other| other.derivative_of == Some(variable.reference))
         });

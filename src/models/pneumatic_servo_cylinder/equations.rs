@@ -21,12 +21,23 @@ use super::states::{Inputs, MOST, PRESSURE_A, PRESSURE_B, State, TEMPERATURE_A, 
 use super::variables::{ByPart, Outputs};
 use crate::friction::{Contact, FrictionLaw, OVERWHELMING, Observation, Trend, states};
 use crate::numbers::{Number, Pair, Real, STILL, Scalar, Varying};
-use crate::pneumatics::actuator::{self, Actuating, Ports, STATES};
+use crate::pneumatics::actuator::{Actuating, Ports, STATES};
 use crate::pneumatics::chamber::{ChamberRates, Thermal};
 use crate::pneumatics::gas::{GAS_CONSTANT, GasState, HEAT_RATIO};
 use crate::pneumatics::orifice::Inflow;
 use crate::system::QUANTITIES;
 use crate::variables::Tunable;
+
+/// Where an actuator is asked for its flow.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Feeding<'a, S, M> {
+    /// Time in s.
+    pub time: S,
+    /// States, of which the actuator's come first.
+    pub x: &'a [S],
+    /// Discrete state of the actuator.
+    pub memory: &'a M,
+}
 
 // The air in the chambers: its inflow, pressures and temperatures.
 impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<L, A, EXTENDED> {
@@ -82,15 +93,15 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
     #[inline(always)]
     pub(super) fn flows<S: Scalar>(
         &self,
-        x: &[S],
+        at: Feeding<'_, S, A::Memory<S::Held>>,
         supply: S,
         gas: GasState<Pair<S>>,
         rates: &mut [S],
     ) -> Inflow<Pair<S>> {
         if !(EXTENDED && self.lines.are_used()) {
-            return self.inflow(of_actuator(x), supply, gas);
+            return self.inflow(at, supply, gas);
         }
-        let flows = self.through_lines(x, supply, gas);
+        let flows = self.through_lines(at, supply, gas);
         self.put_lines(&flows.rates, rates);
         flows.into
     }
@@ -99,12 +110,26 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
     #[inline(always)]
     pub(super) fn inflow<S: Scalar>(
         &self,
-        actuator: [S; actuator::STATES],
+        at: Feeding<'_, S, A::Memory<S::Held>>,
         supply: S,
         gas: GasState<Pair<S>>,
     ) -> Inflow<Pair<S>> {
-        let fed = self.actuator.feed(actuator, &self.ports(supply), gas);
+        let fed = self.fed(at, &self.ports(supply), gas);
         self.leaks.as_ref().map_or(fed, |leaks| fed + leaks.inflow(gas, self.surroundings()))
+    }
+
+    /// Flow from an actuator; extended equations have those that change by themselves.
+    #[inline(always)]
+    fn fed<S: Scalar>(
+        &self,
+        Feeding { time, x, memory }: Feeding<'_, S, A::Memory<S::Held>>,
+        ports: &Ports<S>,
+        gas: GasState<Pair<S>>,
+    ) -> Inflow<Pair<S>> {
+        if EXTENDED {
+            return self.actuator.feed_at(time, of_actuator(x), memory, ports, gas);
+        }
+        self.actuator.feed(of_actuator(x), ports, gas)
     }
 
     /// Surroundings of the actuator; a supply below ambient acts as ambient.
@@ -417,7 +442,13 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
     }
 
     /// Flows in existing lines.
-    pub(super) fn through_lines<S: Scalar>(&self, x: &[S], supply: S, gas: GasState<Pair<S>>) -> LineFlows<S> {
+    pub(super) fn through_lines<S: Scalar>(
+        &self,
+        at: Feeding<'_, S, A::Memory<S::Held>>,
+        supply: S,
+        gas: GasState<Pair<S>>,
+    ) -> LineFlows<S> {
+        let x = at.x;
         let (states, mut rates) = (self.of_lines(x), [S::zero(); LINE_STATES]);
         let lines = &self.lines;
         let mut at_valve = gas;
@@ -427,7 +458,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
         }
         let at_valve = GasState::new(at_valve.pressure, at_valve.temperature);
         let ports = self.ports_at_valve(x, supply);
-        let fed = self.actuator.feed(of_actuator(x), &ports, at_valve);
+        let fed = self.fed(at, &ports, at_valve);
         let (mut into, mut received) = (fed, self.closed(fed.mass));
         let Pair(distances) = self.lengths(State::Position.get(x));
         for (side, line) in lines.hoses.iter().enumerate() {
@@ -587,7 +618,8 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
         let [rate, acceleration, friction] =
             self.motion_rates(time, x, u, memory, &x[bristles.clone()], &mut rates[bristles]);
         let gas = self.gas(x);
-        let inflow = self.flows(x, u.supply_pressure, gas, rates);
+        let at = Feeding { time, x, memory: &memory.actuator };
+        let inflow = self.flows(at, u.supply_pressure, gas, rates);
         let gas = self.gas_rates(gas, State::Position.get(x), rate, inflow);
         Pair([rates[TEMPERATURE_A], rates[TEMPERATURE_B]]) = gas.temperature;
         Pair([rates[PRESSURE_A], rates[PRESSURE_B]]) = gas.pressure;
@@ -630,12 +662,13 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
     ) -> [f64; QUANTITIES] {
         let rate = self.rate(time, x, u, memory);
         let gas = self.gas(x);
+        let at = Feeding { time, x: &x[..], memory: &memory.actuator };
         // Leakage past the piston stays inside, or leaves an open chamber B.
         let (inflow, mass_flow) = if self.has_lines() {
-            let flows = self.through_lines(x, u.supply_pressure, gas);
+            let flows = self.through_lines(at, u.supply_pressure, gas);
             (flows.into, flows.received)
         } else {
-            let inflow = self.inflow(of_actuator(x), u.supply_pressure, gas);
+            let inflow = self.inflow(at, u.supply_pressure, gas);
             (inflow, self.closed(inflow.mass))
         };
         let enthalpy_flow = self.closed(inflow.carried) * (GAS_CONSTANT * HEAT_RATIO / (HEAT_RATIO - 1.0));
@@ -692,7 +725,8 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
         let gas = self.gas(x);
         let Pair([temperature_a, temperature_b]) = gas.temperature;
         let rates = &mut [S::zero(); MOST][..x.len()];
-        let inflow = self.flows(x, u.supply_pressure, gas, rates);
+        let at = Feeding { time, x, memory: &memory.actuator };
+        let inflow = self.flows(at, u.supply_pressure, gas, rates);
         let gas = self.gas_rates(gas, position, rate, inflow);
         let Pair([mass_flow_a, mass_flow_b]) = gas.mass_flow;
         let Pair([pressure_rate_a, pressure_rate_b]) = gas.pressure;

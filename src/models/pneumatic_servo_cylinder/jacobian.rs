@@ -9,6 +9,7 @@
 use std::ops::Range;
 
 use super::cylinder::{MemoryOf, PneumaticServoCylinder};
+use super::equations::Feeding;
 use super::leaks::Leaks;
 use super::lines::{HOSE, LINE_STATES, METER, VESSEL, VOLUMES};
 use super::states::{Inputs, MOST, PRESSURE_A, PRESSURE_B, State, TEMPERATURE_A, TEMPERATURE_B};
@@ -81,8 +82,9 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
         let gas = self
             .chambers
             .gas(seeded([PRESSURE_A, PRESSURE_B], STATES), seeded([TEMPERATURE_A, TEMPERATURE_B], STATES + 1));
-        let feeding = std::array::from_fn(|place| Dual::variable(x[place], place));
-        let inflow = self.inflow(feeding, Dual::constant(u.supply_pressure), gas);
+        let feeding: [_; STATES] = std::array::from_fn(|place| Dual::variable(x[place], place));
+        let at = Feeding { time: Dual::constant(time), x: &feeding, memory: &memory.actuator };
+        let inflow = self.inflow(at, Dual::constant(u.supply_pressure), gas);
         let position_ = Dual::<ALL, S>::variable(State::Position.get(x), FED);
         let rate = if self.is_led() {
             memory.motion.imposed(Dual::constant(time), u.map(Dual::constant).imposed()).velocity
@@ -248,7 +250,7 @@ mod couplings {
 
     type Extended = PneumaticServoCylinder<Friction, Actuator, true>;
 
-    const INPUTS: [f64; ALL] = [6.5, 3.0, 7e5, 0.25, 0.05, 6.0, 4.5];
+    const INPUTS: [f64; ALL] = [6.5, 3.0, 7e5, 0.25, 0.05, 6.0, 4.5, 0.0, 0.0, 0.0, 0.0];
 
     fn cylinder(changes: &[(&str, f64)]) -> Extended {
         for (name, _) in changes {
@@ -284,7 +286,7 @@ mod couplings {
             &[("actuation", 2.0), ("hoseA.length", 1.0), ("supply.volume", 1e-3)],
             &[("actuation", 3.0), ("thermal.model", 3.0), ("hoseA.length", 1.0)],
             &[("friction.position.amplitude", 0.2), ("chamberA.leakage", 1e-10), ("chamberB.leakage", 1e-11)],
-            &[("actuation", 3.0), ("valve.hysteresis", 0.0)],
+            &[("actuation", 3.0), ("switching.command", 3.0)],
             &[("actuation", 4.0), ("sensor.force.lag", 1e-3)],
             &[("actuation", 5.0), ("hoseA.length", 1.0)],
             &[("motion", 2.0), ("sensor.force.lag", 1e-3)],

@@ -8,7 +8,7 @@ use crate::pneumatics::actuator::SUPPLY;
 use crate::pneumatics::gas::{GAS_CONSTANT, GasState, REFERENCE_DENSITY, Reservoir, THINNEST};
 use crate::pneumatics::hose::{COLUMNS, Hose};
 use crate::pneumatics::orifice::{self, Flow, LAMINAR_RATIO, Orifice};
-use crate::system::{Limits, LongestSteps};
+use crate::system::{Limits, LongestSteps, references};
 use crate::variables::{Tunable, Variable, units};
 
 /// Volumes of a hose, each with a pressure.
@@ -431,6 +431,8 @@ impl Lines {
             let mut all = [of_valve(0), of_valve(1), gas[0][..2].to_vec(), gas[1][..2].to_vec()].concat();
             all.sort_unstable();
             all.dedup();
+            // The flow that an actuator draws follows from its states alone.
+            all.retain(|known| *known != references::TIME);
             all
         };
         table.extend((0..LINE_STATES).map(|place| {

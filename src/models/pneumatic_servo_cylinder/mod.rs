@@ -108,7 +108,7 @@ mod tests {
             let start = Start {
                 time: 0.0,
                 parameters: &parameters,
-                inputs: &[5.0, 0.0, 6e5, 0.25, 0.0, 5.0, 5.0],
+                inputs: &[5.0, 0.0, 6e5, 0.25, 0.0, 5.0, 5.0, 0.0, 0.0, 0.0, 0.0],
                 tolerance: None,
                 seeds: Seeds::NONE,
             };

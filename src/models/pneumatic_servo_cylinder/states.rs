@@ -4,7 +4,7 @@ use super::motion::Imposed;
 use super::parameters::Parameters;
 use super::{lines, sensors};
 use crate::friction::MAX_STATES;
-use crate::pneumatics::actuator::{self, Commands, STATES, SUPPLY, VOLTAGE, VOLTAGE_A, VOLTAGE_B};
+use crate::pneumatics::actuator::{self, COIL, Commands, STATES, SUPPLY, VOLTAGE, VOLTAGE_A, VOLTAGE_B};
 use crate::variables::{Variable, units};
 use crate::{inputs, states};
 
@@ -20,6 +20,13 @@ fn voltage_of(reference: u32, chamber: &str) -> Variable {
     let voltage = Variable::input(reference, &format!("valveVoltage{chamber}"), units::VOLT, 5.0).nominal(5.0);
     voltage.text(&format!(
         "With actuation = TwoValves or TwoRegulators: command of the valve of chamber {chamber}, which is closed at 5 V, feeds above and vents below, or of its regulator"
+    ))
+}
+
+/// The command of a valve that is switched by itself.
+fn coil(place: u32, what: &str) -> Variable {
+    Variable::switch(COIL + place, &format!("coil[{}]", place + 1), false).text(&format!(
+        "With actuation = SwitchingValves and switching.command = EachCoil: whether the coil of the valve is on that {what}"
     ))
 }
 
@@ -45,7 +52,12 @@ impl<S: Copy + Default> Inputs<S> {
     /// Command of the actuator.
     #[inline(always)]
     pub(super) fn commands(&self) -> Commands<S> {
-        Commands { voltage: self.valve_voltage, voltage_a: self.voltage_a, voltage_b: self.voltage_b }
+        Commands {
+            voltage: self.valve_voltage,
+            voltage_a: self.voltage_a,
+            voltage_b: self.voltage_b,
+            coils: [self.coil_1, self.coil_2, self.coil_3, self.coil_4],
+        }
     }
 
     /// The same in other numbers.
@@ -53,6 +65,7 @@ impl<S: Copy + Default> Inputs<S> {
     pub(super) fn map<T: Copy>(self, number: impl Fn(S) -> T) -> Inputs<T> {
         let Self { valve_voltage, external_force, supply_pressure, .. } = self;
         let Self { imposed_position, imposed_velocity, voltage_a, voltage_b, .. } = self;
+        let Self { coil_1, coil_2, coil_3, coil_4, .. } = self;
         Inputs {
             valve_voltage: number(valve_voltage),
             external_force: number(external_force),
@@ -61,6 +74,10 @@ impl<S: Copy + Default> Inputs<S> {
             imposed_velocity: number(imposed_velocity),
             voltage_a: number(voltage_a),
             voltage_b: number(voltage_b),
+            coil_1: number(coil_1),
+            coil_2: number(coil_2),
+            coil_3: number(coil_3),
+            coil_4: number(coil_4),
         }
     }
 }
@@ -80,6 +97,10 @@ inputs! {
             .text("With motion = Imposed: velocity of the carriage, or of the far end of the coupling; 0 throughout: the position is reached at the end of each communication step");
         voltage_a = voltage_of(VOLTAGE_A, "A");
         voltage_b = voltage_of(VOLTAGE_B, "B");
+        coil_1 = coil(0, "feeds chamber A");
+        coil_2 = coil(1, "vents chamber A");
+        coil_3 = coil(2, "feeds chamber B");
+        coil_4 = coil(3, "vents chamber B");
     }
 }
 

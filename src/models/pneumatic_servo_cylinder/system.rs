@@ -227,6 +227,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool, const U: usize> System<
         let u = &Inputs::of(u);
         self.actuator.follow(u.commands(), &mut memory.actuator);
         if EXTENDED {
+            self.actuator.command(time, u.commands(), &mut memory.actuator);
             memory.ends = self.switched(x, memory.ends);
         }
         // The velocity is worked out only for a law that asks for it.
@@ -274,7 +275,8 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool, const U: usize> System<
     }
 
     fn depends_on_time(&self) -> bool {
-        self.friction.depends_on_time() || (EXTENDED && matches!(self.guidance, Guidance::Compliant { .. }))
+        let is_coupled = || matches!(self.guidance, Guidance::Compliant { .. });
+        self.friction.depends_on_time() || (EXTENDED && (is_coupled() || self.actuator.depends_on_time()))
     }
 
     fn rounded(&self) -> Vec<String> {

@@ -1,17 +1,20 @@
-//! Two solenoid valves that are driven by pulses.
+//! Solenoid valves: two that are driven by pulses, or four that are switched one by one.
 
+mod coils;
 mod pulses;
+
+use serde::{Deserialize, Serialize};
 
 use super::actuation::{Actuating, Commands, Ports, STATES, SUPPLY};
 use super::gas::GasState;
 use super::orifice::{Inflow, edge_pieces};
 use super::valve::{Edges, Port};
-use crate::numbers::{Pair, Real, Scalar, Varying};
-use crate::system::{ClosedForm, Sample, Stride};
+use crate::numbers::{Pair, Real, Scalar, Tangent, Varying};
+use crate::system::{ClosedForm, Sample, Stride, references};
 use crate::variables::{Fixed, ParameterError, Tunable, Variable, units};
 use crate::{enumeration, outputs, parameters};
 
-pub use self::pulses::{Armature, Driver, Memory};
+pub use self::pulses::{Armature, Driver};
 
 enumeration! {
     /// Connections of the valves at 5 V, and between the pulses; ids are never reused.
@@ -26,6 +29,7 @@ enumeration! {
     SwitchingCommand "SwitchingCommand": "What commands the coils of switching valves" {
         1 OneVoltage: "valveVoltage: above 5 V it drives the valve that feeds chamber A, below 5 V the other one";
         2 EachValve: "valveVoltageA and valveVoltageB, each from 0 V, off, to 10 V, on, or a duty cycle between";
+        3 EachCoil: "The Boolean inputs coil, at any time: four 2/2 valves that feed chamber A, vent chamber A, feed chamber B and vent chamber B";
     }
 }
 
@@ -37,13 +41,13 @@ parameters! {
         critical_ratio: Fixed = Variable::parameter(1251, "switching.b", units::ONE, 0.3).range(0.0, 0.99)
             .text("Critical pressure ratio of the switching valves");
         centre: SwitchingCentre = Variable::choice(1252, "switching.centre", SwitchingCentre::Vented)
-            .text("What the valves do at 5 V and between the pulses");
+            .text("What the valves do at 5 V and between the pulses; with switching.command = EachCoil each valve is closed without current");
         frequency: Fixed = Variable::parameter(1253, "switching.frequency", units::HERTZ, 100.0).range(0.1, 1e4)
-            .text("Frequency of the pulses; the voltage counts that holds at the beginning of a period");
+            .text("Frequency of the pulses; the voltage counts that holds at the beginning of a period. A coil of EachCoil is switched at any time");
         opening_delay: Fixed = Variable::parameter(1254, "switching.openingDelay", units::SECOND, 1e-3).range(0.0, 1.0).shown_in("ms")
-            .text("Time from the beginning of a pulse until a valve begins to open; a pulse that is not longer does nothing");
+            .text("Time from the beginning of a pulse, or from the switching on of a coil, until a valve begins to open; a pulse that is not longer does nothing");
         closing_delay: Fixed = Variable::parameter(1255, "switching.closingDelay", units::SECOND, 1e-3).range(0.0, 1.0).shown_in("ms")
-            .text("Time from the end of a pulse until a valve begins to close; a pause that is not longer does nothing");
+            .text("Time from the end of a pulse, or from the switching off of a coil, until a valve begins to close; a pause that is not longer does nothing");
         travel_time: Fixed = Variable::parameter(1256, "switching.travelTime", units::SECOND, 5e-4).range(0.0, 1.0).shown_in("ms")
             .text("Time in which a valve opens or closes, at a constant rate");
         command: SwitchingCommand = Variable::choice(1257, "switching.command", SwitchingCommand::OneVoltage)
@@ -82,7 +86,8 @@ fn rate(valve: usize, name: &str) -> Variable {
         .text("Rate of the opening of a switching valve")
 }
 
-/// Two solenoid valves driven by pulses of one voltage. States: how far the valves that feed the chambers are open.
+/// Two solenoid valves driven by pulses, or four that are switched one by one. States: how far the valves that feed the chambers are
+/// open.
 ///
 /// ```text
 /// u   = clamp((V - 5)/5, -1, 1)    duty cycle, taken at the beginning of each period (see Driver)
@@ -91,7 +96,14 @@ fn rate(valve: usize, name: &str) -> Variable {
 /// ```
 ///
 /// `u > 0` drives the valve A with the opening `y_A`, `u < 0` the valve B; with a command for each `V_A/10` drives the one, `V_B/10` the
-/// other. Each beginning and end of a pulse, of a motion
+/// other. With a coil for each, four 2/2 valves are closed without current, and `coil[1]` to `coil[4]` open them at any time:
+///
+/// ```text
+/// C_A = C*y_1 from the supply,     C*y_2 to the exhaust
+/// C_B = C*y_3 from the supply,     C*y_4 to the exhaust
+/// ```
+///
+/// Both valves of a chamber may be open: air then flows from the supply to the exhaust. Each beginning and end of a pulse, of a motion
 /// and of a period is a point in time that the solver meets exactly.
 ///
 /// # Validity
@@ -104,6 +116,53 @@ pub struct SwitchingValves {
     centre: SwitchingCentre,
     command: SwitchingCommand,
     edges: Edges,
+}
+
+/// Discrete state of the valves, by what commands them.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Memory<S> {
+    /// Position in the period, and motion of two armatures.
+    Pulses(pulses::Memory<S>),
+    /// Motion of four armatures.
+    Coils(coils::Memory<S>),
+}
+
+impl SwitchingValves {
+    /// Openings of the valves that vent the chambers.
+    fn venting<S: Scalar>(&self, time: S, openings: [S; STATES], memory: &Memory<S::Held>) -> Pair<S> {
+        match memory {
+            Memory::Pulses(_) => self.venting_beside(openings),
+            Memory::Coils(coils) => Pair(coils.venting(&self.driver.armature, time)),
+        }
+    }
+
+    /// The same of valves that vent a chamber by the way in which they feed one.
+    fn venting_beside<S: Scalar>(&self, openings: [S; STATES]) -> Pair<S> {
+        match self.centre {
+            SwitchingCentre::Vented => -Pair(openings) + 1.0,
+            SwitchingCentre::Closed => Pair(openings).swapped(),
+        }
+    }
+
+    /// Flow into the chambers through the valves that feed them, and through those that vent them.
+    fn flow<S: Scalar>(
+        &self,
+        [feeding, venting]: [Pair<S>; 2],
+        ports: &Ports<S>,
+        gas: GasState<Pair<S>>,
+    ) -> Inflow<Pair<S>> {
+        let supply = ports.supply.at(Pair([ports.supply_pressure; 2]));
+        let exhaust = ports.exhaust.at(Pair([S::along(ports.exhaust_pressure); 2]));
+        Inflow::from(self.edges.flow(feeding, supply, gas)) + Inflow::from(self.edges.flow(venting, exhaust, gas))
+    }
+
+    /// Rates of the openings of the valves that feed the chambers.
+    fn rates_in<S: Varying>(&self, memory: &Memory<S>) -> [Tangent; STATES] {
+        match memory {
+            Memory::Pulses(pulses) => self.driver.rates(pulses),
+            Memory::Coils(coils) => coils.rates(&self.driver.armature),
+        }
+    }
 }
 
 impl Actuating for SwitchingValves {
@@ -125,7 +184,7 @@ impl Actuating for SwitchingValves {
     }
 
     fn feeds(_chamber: usize) -> Vec<u32> {
-        vec![SUPPLY, OPENINGS[0], OPENINGS[1]]
+        vec![references::TIME, SUPPLY, OPENINGS[0], OPENINGS[1]]
     }
 
     fn variables(&self) -> [Option<u32>; STATES] {
@@ -145,12 +204,20 @@ impl Actuating for SwitchingValves {
         true
     }
 
+    fn depends_on_time(&self) -> bool {
+        self.command == SwitchingCommand::EachCoil
+    }
+
     fn scales(&self) -> [f64; STATES] {
         [1.0; STATES]
     }
 
     fn start<S: Varying>(&self, _commands: Commands<S>) -> ([S; STATES], Memory<S>) {
-        ([S::zero(); STATES], Memory::default())
+        let memory = match self.command {
+            SwitchingCommand::EachCoil => Memory::Coils(coils::Memory::default()),
+            SwitchingCommand::OneVoltage | SwitchingCommand::EachValve => Memory::Pulses(pulses::Memory::default()),
+        };
+        ([S::zero(); STATES], memory)
     }
 
     fn rates<S: Scalar>(
@@ -159,7 +226,7 @@ impl Actuating for SwitchingValves {
         _commands: Commands<S>,
         memory: &Memory<S::Held>,
     ) -> [S; STATES] {
-        self.driver.rates(memory).map(S::along)
+        self.rates_in(memory).map(S::along)
     }
 
     /// Between its happenings each armature rests or moves at a constant speed.
@@ -170,7 +237,7 @@ impl Actuating for SwitchingValves {
         memory: &Memory<S>,
         stride: &Stride<S>,
     ) -> ClosedForm<[S; STATES]> {
-        let rates = self.driver.rates(memory);
+        let rates = self.rates_in(memory);
         let after = |time: f64| [0, 1].map(|valve| openings[valve] + S::along(rates[valve] * time));
         ClosedForm { middle: after(0.5 * stride.size), end: after(stride.size), defect: [S::zero(); STATES] }
     }
@@ -180,35 +247,54 @@ impl Actuating for SwitchingValves {
     }
 
     fn is_fast<S: Varying>(&self, memory: &Memory<S>) -> bool {
-        memory.is_moving()
+        match memory {
+            Memory::Pulses(pulses) => pulses.is_moving(),
+            Memory::Coils(coils) => coils.is_moving(),
+        }
     }
 
     fn next_sample<S: Varying>(&self, memory: &Memory<S>) -> Sample<S> {
-        self.driver.next(memory)
+        match memory {
+            Memory::Pulses(pulses) => self.driver.next(pulses),
+            Memory::Coils(coils) => coils.next(),
+        }
     }
 
     fn sample<S: Varying>(&self, openings: &mut [S; STATES], commands: Commands<S>, memory: &mut Memory<S>) {
-        let [none, all] = [S::zero(), S::of(1.0)];
-        let duties = match self.command {
-            SwitchingCommand::OneVoltage => {
-                let duty = (commands.voltage - 5.0) / 5.0;
-                [duty, -duty].map(|duty| duty.clamp(none, all))
-            }
-            SwitchingCommand::EachValve => commands.of_chambers().map(|voltage| (voltage / 10.0).clamp(none, all)),
+        let pulses = match memory {
+            Memory::Pulses(pulses) => pulses,
+            Memory::Coils(coils) => return coils.happen(&self.driver.armature, openings),
         };
-        self.driver.happen(openings, duties, memory);
+        let [none, all] = [S::zero(), S::of(1.0)];
+        let duties = if self.takes_commands_of_chambers() {
+            commands.of_chambers().map(|voltage| (voltage / 10.0).clamp(none, all))
+        } else {
+            let duty = (commands.voltage - 5.0) / 5.0;
+            [duty, -duty].map(|duty| duty.clamp(none, all))
+        };
+        self.driver.happen(openings, duties, pulses);
+    }
+
+    fn command<S: Varying>(&self, time: S, commands: Commands<S>, memory: &mut Memory<S>) {
+        if let Memory::Coils(coils) = memory {
+            coils.command(&self.driver.armature, time, commands.coils.map(|coil| coil.value() > 0.5));
+        }
     }
 
     #[inline(never)]
     fn feed<S: Scalar>(&self, openings: [S; STATES], ports: &Ports<S>, gas: GasState<Pair<S>>) -> Inflow<Pair<S>> {
-        let feeding = Pair(openings);
-        let venting = match self.centre {
-            SwitchingCentre::Vented => -feeding + 1.0,
-            SwitchingCentre::Closed => feeding.swapped(),
-        };
-        let supply = ports.supply.at(Pair([ports.supply_pressure; 2]));
-        let exhaust = ports.exhaust.at(Pair([S::along(ports.exhaust_pressure); 2]));
-        Inflow::from(self.edges.flow(feeding, supply, gas)) + Inflow::from(self.edges.flow(venting, exhaust, gas))
+        self.flow([Pair(openings), self.venting_beside(openings)], ports, gas)
+    }
+
+    fn feed_at<S: Scalar>(
+        &self,
+        time: S,
+        openings: [S; STATES],
+        memory: &Memory<S::Held>,
+        ports: &Ports<S>,
+        gas: GasState<Pair<S>>,
+    ) -> Inflow<Pair<S>> {
+        self.flow([Pair(openings), self.venting(time, openings, memory)], ports, gas)
     }
 
     fn drawn<S: Scalar>(&self, openings: [S; STATES], ports: &Ports<S>, gas: GasState<Pair<S>>) -> Pair<S> {
@@ -224,12 +310,18 @@ impl Actuating for SwitchingValves {
         slots: &mut [S],
     ) {
         let ([opening_a, opening_b], [rate_a, rate_b]) = (openings, self.rates(openings, commands, memory));
-        let [duty_a, duty_b] = memory.duties().map(S::held);
+        let [duty_a, duty_b] = match memory {
+            Memory::Pulses(pulses) => pulses.duties().map(S::held),
+            Memory::Coils(_) => [S::zero(); 2],
+        };
         Outputs { opening_a, opening_b, rate_a, rate_b, duty: duty_a - duty_b }.write(slots);
     }
 
     fn fits<S: Varying>(&self, memory: &Memory<S>) -> bool {
-        memory.is_sound()
+        match memory {
+            Memory::Pulses(pulses) => self.command != SwitchingCommand::EachCoil && pulses.is_sound(),
+            Memory::Coils(coils) => self.command == SwitchingCommand::EachCoil && coils.is_sound(),
+        }
     }
 }
 
@@ -243,7 +335,7 @@ mod tests {
         let starts: Vec<_> = Parameters::table().iter().filter_map(|it| it.start).map(Tunable::still).collect();
         let valves = SwitchingValves::new(Parameters::read(&starts).expect("legal")).expect("legal");
         for (voltage, fits) in [(7.0, true), (f64::NAN, false)] {
-            let mut memory = Memory::default();
+            let mut memory = Memory::Pulses(pulses::Memory::default());
             let commands = Commands::all(Real::of(voltage));
             valves.sample(&mut [Real::of(0.0); STATES], commands, &mut memory);
             assert_eq!(valves.fits(&memory), fits, "{voltage} V");
