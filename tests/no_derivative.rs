@@ -189,6 +189,11 @@ fn names_of_no_direction_are_refused() {
         ),
         (&["valve.C", "position", "valve.C"], "there are no sensitivities with respect to valve.C: it is given twice"),
         (&["time"], "there are no sensitivities with respect to time: it is the time"),
+        (&["coil[1]"], "there are no sensitivities with respect to coil[1]: it is true or false"),
+        (
+            &["friction.direction.damping"],
+            "there are no sensitivities with respect to friction.direction.damping: it is 0, and more of it does",
+        ),
         (&["hoseA.length"], "there are no sensitivities with respect to hoseA.length: it is 0, which stands for none"),
         (
             &["supply.volume"],

@@ -80,6 +80,9 @@ fn along(entry: &Entry, parameters: &[f64]) -> Result<Along, &'static str> {
         (Place::Parameter(place), _, Kind::Real(_)) if entry.variable.absent_at_zero && parameters[place] == 0.0 => {
             Err("it is 0, which stands for none, and a little of it is another system")
         }
+        (Place::Parameter(place), _, Kind::Real(_)) if entry.variable.turns_at_zero && parameters[place] == 0.0 => {
+            Err("it is 0, and more of it does something else than less")
+        }
         (Place::Parameter(place), _, Kind::Real(_)) => Ok(Along::Parameter(place)),
         (Place::Input(place), _, Kind::Real(_)) => Ok(Along::Input(place)),
     }

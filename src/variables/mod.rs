@@ -146,6 +146,8 @@ pub struct Variable {
     pub varies: bool,
     /// Whether 0 stands for the absence of a part, which no small value comes near.
     pub absent_at_zero: bool,
+    /// Whether a parameter does something else below 0 than above, and has no derivative there.
+    pub turns_at_zero: bool,
 }
 
 impl Variable {
@@ -169,6 +171,7 @@ impl Variable {
             meaning: None,
             varies: true,
             absent_at_zero: false,
+            turns_at_zero: false,
         }
     }
 
@@ -287,6 +290,11 @@ impl Variable {
     /// Says that 0 stands for the absence of a part: there is no slope by it there.
     pub fn absent_at_zero(self) -> Self {
         Self { absent_at_zero: true, ..self }
+    }
+
+    /// Says that below 0 a parameter does something else than above: there is no derivative by it at 0.
+    pub fn turns_at_zero(self) -> Self {
+        Self { turns_at_zero: true, ..self }
     }
 
     /// Suggests a display unit.

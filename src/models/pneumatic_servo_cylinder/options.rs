@@ -79,7 +79,7 @@ parameters! {
             .text("Critical pressure ratio of the quick exhaust valves");
         quick_exhaust_opening: Fixed = Variable::parameter(1236, "quickExhaust.opening", units::PASCAL, 1e4).range(1e3, 1e6).shown_in("bar")
             .text("Pressure by which a chamber must exceed its supply line for a quick exhaust valve to be fully open; it opens in proportion");
-        one_way_damping: Fixed = Variable::parameter(1237, "friction.direction.damping", units::NEWTON_SECOND_PER_METRE, 0.0).range(-1e4, 1e4).nominal(10.0)
+        one_way_damping: Fixed = Variable::parameter(1237, "friction.direction.damping", units::NEWTON_SECOND_PER_METRE, 0.0).range(-1e4, 1e4).nominal(10.0).turns_at_zero()
             .text("Viscous friction in one direction alone, added to the law: outwards if positive, inwards with its magnitude if negative");
         end_switches: EndSwitches = EndSwitches::variables();
         counts_supply: bool = Variable::option(1224, "consumption.enabled", false)
