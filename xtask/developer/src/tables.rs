@@ -91,7 +91,8 @@ fn of_law(variables: &Variables, parameter: &Variable) -> Option<i32> {
 
 /// A parameter and its default; an array stands where its first element is.
 fn parameter(variable: &Variable, members: &[&Variable]) -> Option<String> {
-    let (_, name) = variable.group_and_name();
+    // Behind `friction.<group>.`; the points of a table have a side, too.
+    let name = variable.name.splitn(3, '.').last().unwrap_or(&variable.name);
     match name.split_once('[') {
         None => Some(format!("`{name}` {}", shown(variable))),
         Some((array, "1]")) => Some(format!("`{array}[...]` {}", elements(variable, members))),
