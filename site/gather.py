@@ -319,7 +319,7 @@ TASKS = {
     "models": ("Models and runs", "Model models Simulation SavedState Run Runs Comparison play"),
     "values": (
         "Variables, values and parameter sets",
-        "Variables Variable Unit Value parameter_sets read_ssv fmus DataSheet friction_table",
+        "Variables Variable Unit Value parameter_sets read_ssv fmus DataSheet friction_table gas",
     ),
     "derivatives": (
         "Linear models and derivatives",

@@ -22,6 +22,7 @@ from pneumatic_servo.comparison import Comparison
 from pneumatic_servo.data_sheet import DataSheet
 from pneumatic_servo.errors import MissingPackage, NoDerivative, NotConverged, PlantWarning, Refused
 from pneumatic_servo.friction_tables import friction_table
+from pneumatic_servo.gases import gas
 from pneumatic_servo.linear import Linearisation
 from pneumatic_servo.model import Model, models
 from pneumatic_servo.playground import play
@@ -85,6 +86,7 @@ __all__ = [
     "fit_series",
     "fmus",
     "friction_table",
+    "gas",
     "linearise",
     "models",
     "parameter_sets",

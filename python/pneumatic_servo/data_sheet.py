@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from pneumatic_servo.effects import LAW
+from pneumatic_servo.gases import AIR
 from pneumatic_servo.model_description import ModelDescription
 from pneumatic_servo.units import REFERENCE_DENSITY, has_unit
 from pneumatic_servo.values import is_number, number_in
@@ -24,9 +25,7 @@ AMBIENT = 101_325.0
 """Ambient pressure in Pa, by which pressures above ambient become absolute."""
 NOMINAL = (6e5 + AMBIENT, 5e5 + AMBIENT)
 """Absolute pressures in Pa before and behind a valve at which its nominal flow is stated."""
-GAS_CONSTANT = 287.05
-HEAT_RATIO = 1.4
-NOZZLE = math.pow(2.0 / (HEAT_RATIO + 1.0), HEAT_RATIO / (HEAT_RATIO - 1.0))
+NOZZLE = math.pow(2.0 / (AIR.heat_ratio + 1.0), AIR.heat_ratio / (AIR.heat_ratio - 1.0))
 """Critical pressure ratio of an ideal nozzle, 0.528."""
 TEMPERATURE = 293.15
 WATER_DENSITY = 1000.0
@@ -498,7 +497,7 @@ def _of_nominal_flow(qn: float, critical_ratio: float) -> float:
 
 def _of_kv(kv: float, critical_ratio: float) -> float:
     before, behind = NOMINAL
-    density = behind / (GAS_CONSTANT * TEMPERATURE)
+    density = behind / (AIR.constant * TEMPERATURE)
     # Water loses 1 bar at Kv; other fluids in proportion to their density.
     mass_flow = kv / 3600.0 * math.sqrt((before - behind) / 1e5 * WATER_DENSITY * density)
     return _of_nominal_flow(mass_flow / REFERENCE_DENSITY * 60_000.0, critical_ratio)
@@ -510,8 +509,9 @@ def _of_cv(cv: float, critical_ratio: float) -> float:
 
 def _of_area(area: float, critical_ratio: float) -> float:
     """Return C: the choked flow of a nozzle is p*A*sqrt(gamma/(R*T0))*(2/(gamma + 1))^((gamma + 1)/(2*(gamma - 1)))."""
-    choked = math.sqrt(HEAT_RATIO / (GAS_CONSTANT * TEMPERATURE))
-    choked *= math.pow(2.0 / (HEAT_RATIO + 1.0), (HEAT_RATIO + 1.0) / (2.0 * (HEAT_RATIO - 1.0)))
+    gamma = AIR.heat_ratio
+    choked = math.sqrt(gamma / (AIR.constant * TEMPERATURE))
+    choked *= math.pow(2.0 / (gamma + 1.0), (gamma + 1.0) / (2.0 * (gamma - 1.0)))
     return area * 1e-6 * choked / REFERENCE_DENSITY
 
 

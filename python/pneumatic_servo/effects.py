@@ -9,6 +9,7 @@ from functools import cache
 
 from pneumatic_servo.bundled import parameter_sets
 from pneumatic_servo.errors import warn
+from pneumatic_servo.gases import GASES, gas
 from pneumatic_servo.variables import Value, Variable, Variables
 
 LAW = "friction.law"
@@ -73,6 +74,10 @@ NEEDS = [
     _need(r"supply\.[Cb]", _is_not_zero("supply.volume"), "supply.volume above 0"),
     _need(r"leakage\.b", _is_not_zero("chamberA.leakage", "chamberB.leakage"),
           "chamberA.leakage or chamberB.leakage above 0"),
+    _need(r"gas\.viscosity",
+          _is_not_zero("hoseA.length", "throttleA.C", "quickExhaustA.C", "hoseB.length", "throttleB.C",
+                       "quickExhaustB.C", "cushion.length", "piston.leakage"),
+          "piston.leakage or a hose, throttle, quick exhaust valve or cushion"),
     _need(r"load\.rest", _is_not_zero("load.stiffness"), "load.stiffness above 0"),
     _need(r"friction\.position\.period", _is_not_zero("friction.position.amplitude"),
           "friction.position.amplitude above 0"),
@@ -185,7 +190,7 @@ def _tell_lost(lost: Mapping[str, Sequence[str]], where: str, verbs: tuple[str, 
 def _is_of_a_set(name: str, runs: Sequence[Mapping[str, Value]]) -> bool:
     """Tell whether runs have the value of a named set of parameters, and all else that the set states.
 
-    A set describes a whole rig, whose other valve or law a run may well leave aside.
+    A set describes a whole rig, whose other valve or law a run may well leave aside, or a gas.
     """
     return all(
         any(values.get(name, ...) == own.get(name) and values.keys() <= own.keys() for values in _sets())
@@ -195,11 +200,12 @@ def _is_of_a_set(name: str, runs: Sequence[Mapping[str, Value]]) -> bool:
 
 @cache
 def _sets() -> tuple[Mapping[str, Value], ...]:
+    gases = [gas(name) for name in GASES]
     try:
-        return tuple(parameter_sets().values())
+        return (*gases, *parameter_sets().values())
     except FileNotFoundError:
-        # A package that was built without FMUs has none.
-        return ()
+        # A package that was built without FMUs has no rigs.
+        return tuple(gases)
 
 
 def reason_for(variables: Variables, settings: Mapping[str, Value], name: str) -> str:
@@ -315,7 +321,7 @@ def _options(variables: Variables, settings: Mapping[str, Value]) -> tuple[tuple
 SWITCHES = {
     "hoseA.length", "hoseB.length", "throttleA.C", "throttleB.C", "cushion.length", "supply.volume", "load.stiffness",
     "quickExhaustA.C", "quickExhaustB.C", "friction.position.amplitude", "chamberA.leakage", "chamberB.leakage",
-    "coupling.compliance", "sensor.endDistance[1]", "sensor.endDistance[2]",
+    "coupling.compliance", "sensor.endDistance[1]", "sensor.endDistance[2]", "piston.leakage",
 }  # fmt: skip
 """Real parameters that switch options off by being 0."""
 

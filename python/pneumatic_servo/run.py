@@ -16,6 +16,7 @@ from pneumatic_servo import checks
 from pneumatic_servo.checks import mapping
 from pneumatic_servo.constant_voltage import AtRest
 from pneumatic_servo.errors import MissingPackage
+from pneumatic_servo.gases import AIR, CONSTANT, relative_density
 from pneumatic_servo.names import did_you_mean
 from pneumatic_servo.sensitivities import Gradient, Replay, Sensitivities
 from pneumatic_servo.units import REFERENCE_DENSITY
@@ -30,7 +31,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Consumption:
-    """Air that a run has drawn from its supply.
+    """Gas that a run has drawn from its supply.
 
     Attributes
     ----------
@@ -38,19 +39,22 @@ class Consumption:
         Mass in kg.
     duration : float
         From the first to the last row in s.
+    density : float
+        Density in kg/m3 of the gas at the reference conditions of ISO 8778 (ANR).
     """
 
     mass: float
     duration: float
+    density: float = REFERENCE_DENSITY
 
     @property
     def volume(self) -> float:
-        """Volume in m3 at the reference conditions of ISO 8778 (ANR, 1.185 kg/m3)."""
-        return self.mass / REFERENCE_DENSITY
+        """Volume in m3 at the reference conditions of ISO 8778 (ANR, air of 1.185 kg/m3)."""
+        return self.mass / self.density
 
     @property
     def mean_flow(self) -> float:
-        """Mean mass flow in kg/s; 1 l/min (ANR) is 1.975e-5 kg/s."""
+        """Mean mass flow in kg/s; 1 l/min (ANR) of air is 1.975e-5 kg/s."""
         return self.mass / self.duration
 
 
@@ -272,7 +276,9 @@ class Run:
             raise ValueError(f"the run has not counted its air: give it {COUNTS} = True")
         if len(self) < 2:
             raise ValueError("the run has a single row, and so no duration")
-        return Consumption(float(consumed[-1] - consumed[0]), float(self.time[-1] - self.time[0]))
+        given = self.settings.get(CONSTANT)
+        density = REFERENCE_DENSITY * relative_density(given if isinstance(given, int | float) else AIR.constant)
+        return Consumption(float(consumed[-1] - consumed[0]), float(self.time[-1] - self.time[0]), density)
 
     def plot(self, *names: str | Sequence[str]) -> Figure:
         """Draw variables over time, one panel per unit; shaded where the mass sticks, if that is recorded.

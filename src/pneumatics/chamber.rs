@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use super::gas::{GAS_CONSTANT, GasState, HEAT_RATIO};
+use super::gas::{Gas, GasState};
 use super::orifice::Inflow;
 use crate::enumeration;
 use crate::numbers::{Number, Pair, Scalar, Tangent, Tangents};
@@ -85,17 +85,17 @@ impl Chambers {
         length * self.areas + self.dead_volumes
     }
 
-    /// Pressure and temperature, given the integrated ones: an algebraic temperature replaces the state.
+    /// State of a gas, given the integrated pressure and temperature: an algebraic temperature replaces the state.
     #[inline(always)]
-    pub fn gas<S: Scalar>(&self, pressure: Pair<S>, temperature: Pair<S>) -> GasState<Pair<S>> {
+    pub fn gas<S: Scalar>(&self, gas: &Gas, pressure: Pair<S>, temperature: Pair<S>) -> GasState<Pair<S>> {
         match self.thermal {
-            Thermal::EnergyBalance { .. } => GasState::new(pressure, temperature),
-            Thermal::PolytropicServo { .. } => GasState::new(pressure, Pair::tuned(self.ambient_temperature)),
+            Thermal::EnergyBalance { .. } => gas.at(pressure, temperature),
+            Thermal::PolytropicServo { .. } => gas.at(pressure, Pair::tuned(self.ambient_temperature)),
             Thermal::Polytropic { exponent, reference_pressures } => {
                 let power = (exponent - 1.0) / exponent;
                 let relative =
                     if power.is_used() { (pressure / reference_pressures).pow(power) } else { Pair::constant(1.0) };
-                GasState::new(pressure, relative * self.ambient_temperature)
+                gas.at(pressure, relative * self.ambient_temperature)
             }
         }
     }
@@ -124,6 +124,7 @@ impl Chambers {
     #[inline(always)]
     pub fn rates<S: Scalar>(
         &self,
+        &Gas { constant, heat_ratio, .. }: &Gas,
         gas: GasState<Pair<S>>,
         length: Pair<S>,
         length_rate: Pair<S>,
@@ -136,18 +137,18 @@ impl Chambers {
             Thermal::EnergyBalance { heat_transfer } => {
                 let heat = self.heat_flow(t, length, heat_transfer);
                 let work = p * volume_rate;
-                let energy = carried * (HEAT_RATIO * GAS_CONSTANT) + heat * (HEAT_RATIO - 1.0) - work * HEAT_RATIO;
+                let energy = carried * (heat_ratio * constant) + heat * (heat_ratio - 1.0) - work * heat_ratio;
                 let pressure = energy * per_volume;
-                let density_growth = (mass_flow * t * GAS_CONSTANT - work) * per_volume;
+                let density_growth = (mass_flow * t * constant - work) * per_volume;
                 ChamberRates { pressure, temperature: (pressure - density_growth) * (t / p), mass_flow }
             }
             Thermal::Polytropic { exponent, .. } => {
-                let pressure = (mass_flow * t * GAS_CONSTANT - p * volume_rate) * exponent * per_volume;
+                let pressure = (mass_flow * t * constant - p * volume_rate) * exponent * per_volume;
                 let temperature = pressure * (t / p) * ((exponent - 1.0) / exponent);
                 ChamberRates { pressure, temperature, mass_flow }
             }
             Thermal::PolytropicServo { exponent } => {
-                let pressure = (carried * GAS_CONSTANT - p * volume_rate) * exponent * per_volume;
+                let pressure = (carried * constant - p * volume_rate) * exponent * per_volume;
                 ChamberRates { pressure, temperature: Pair::zero(), mass_flow }
             }
         }

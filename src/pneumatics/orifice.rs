@@ -2,7 +2,7 @@
 
 use std::ops::{Add, Mul};
 
-use super::gas::{GasState, REFERENCE_DENSITY};
+use super::gas::GasState;
 use crate::numbers::{Number, Pair, Real, Scalar, Tangent, Tangents};
 use crate::variables::Tunable;
 
@@ -86,9 +86,9 @@ impl Orifice<Tangent> {
     }
 
     /// Derivative in kg/(s Pa) of laminar flow, which is the steepest, with respect to a pressure, through a sonic
-    /// conductance in m3/(s Pa) at the reference temperature.
-    pub(crate) fn steepest(&self, conductance: f64) -> f64 {
-        conductance * REFERENCE_DENSITY * self.laminar_slope.value
+    /// conductance in m3/(s Pa) at the reference temperature, for a gas of a [choked density](super::gas::Gas::choked_density).
+    pub(crate) fn steepest(&self, conductance: f64, choked_density: f64) -> f64 {
+        conductance * choked_density * self.laminar_slope.value
     }
 }
 
@@ -154,9 +154,10 @@ impl<K: Copy> Orifice<K> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::pneumatics::gas::Gas;
 
     fn state(pressure: f64, temperature: f64) -> GasState<Real> {
-        GasState::new(Real::of(pressure), Real::of(temperature))
+        Gas::AIR.at(Real::of(pressure), Real::of(temperature))
     }
 
     /// Mass flow and temperature.
@@ -217,8 +218,8 @@ mod tests {
         use crate::numbers::Dual;
         let orifice = Orifice::new(Tangent::still(0.3));
         let slope = |pressure: f64| {
-            let from = GasState::new(Dual::<1>::variable(pressure, 0), Dual::constant(300.0));
-            let to = GasState::new(Dual::constant(5e5), Dual::constant(300.0));
+            let from = Gas::AIR.at(Dual::<1>::variable(pressure, 0), Dual::constant(300.0));
+            let to = Gas::AIR.at(Dual::constant(5e5), Dual::constant(300.0));
             orifice.flow(Dual::constant(1e-9), from, to).mass.slope[0]
         };
         let expected = 1e-9 * 1.185 * (293.15f64 / 300.0).sqrt() * (1.0 - (0.695f64 / 0.7).powi(2)).sqrt() / 0.005;

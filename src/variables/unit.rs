@@ -108,6 +108,10 @@ pub mod units {
         KILOGRAM_PER_SECOND_SQUARED = "kg/s2" [1, 0, -2, 0, 0, 0, 0, 0];
         /// Sonic conductance of ISO 6358; shown in dm3/(s.bar).
         CUBIC_METRE_PER_SECOND_PASCAL = "m3/(s.Pa)" [-1, 4, 1, 0, 0, 0, 0, 0], "dm3/(s.bar)" 1e8, 0.0;
+        /// Specific gas constant.
+        JOULE_PER_KILOGRAM_KELVIN = "J/(kg.K)" [0, 2, -2, 0, -1, 0, 0, 0];
+        /// Dynamic viscosity.
+        PASCAL_SECOND = "Pa.s" [1, -1, -1, 0, 0, 0, 0, 0], "uPa.s" 1e6, 0.0;
         /// Laminar leakage coefficient: mass flow per difference of squared pressures.
         KILOGRAM_PER_SECOND_SQUARE_PASCAL = "kg/(s.Pa2)" [-1, 2, 3, 0, 0, 0, 0, 0];
         /// Heat transfer coefficient.

@@ -38,6 +38,7 @@ LOST: dict[str, tuple[Mapping[str, Any], str]] = {
     ),
     "vessel of no volume": ({"supply.C": 2e-8}, "supply.volume above 0"),
     "rest of no spring": ({"load.rest": 0.1}, "load.stiffness above 0"),
+    "viscosity without a hose": ({"gas.viscosity": 1e-4}, "piston.leakage or a hose"),
     "mass of an imposed motion": ({"motion": "Imposed", "mass.moving": 2.0}, "motion = Free or coupling.compliance"),
     "step of an adaptive solver": ({"solver.step": 1e-6}, "a solver.scheme of fixed steps"),
 }
@@ -58,6 +59,7 @@ def test_value_without_effect_is_told(case: str) -> None:
     {"friction.law": "LuGre", "friction.lugre.Fs": 40.0},
     {"thermal.model": "Polytropic", "thermal.exponent": 1.3},
     {"hoseA.length": 0.5, "hoseA.diameter": 0.006},
+    ps.gas("nitrogen"),
     {"friction.law": "LuGre", "friction.stribeck.Fs": 11.0},  # its default: nothing is lost
 ])  # fmt: skip
 def test_value_that_counts_is_not_told(settings: Mapping[str, Any]) -> None:
@@ -97,6 +99,7 @@ COUNTING: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
     "supply.C": ({"supply.C": 1e-9}, {"supply.volume": 1e-3}),
     "supply.b": ({"supply.b": 0.5}, {"supply.volume": 1e-4, "supply.C": 1e-9}),
     "leakage.b": ({"leakage.b": 0.5}, {"chamberA.leakage": 1e-9}),
+    "gas.viscosity": ({"gas.viscosity": 1e-4}, {"hoseA.length": 1.0}),
     "load.rest": ({"load.rest": 0.1}, {"load.stiffness": 100.0}),
     "sensor.endHysteresis": ({"sensor.endHysteresis": 0.005}, {"sensor.endDistance[1]": 0.2505}),
     "friction.position.period": ({"friction.position.period": 0.003}, {"friction.position.amplitude": 0.5}),

@@ -20,7 +20,7 @@ use crate::model::Start;
 use crate::numbers::{Real, Scalar, Tangent, Varying};
 use crate::pneumatics::actuator::{self, Actuating, Actuator};
 use crate::pneumatics::chamber::{Chambers, Thermal, ThermalModel, tank_wall};
-use crate::pneumatics::gas::Reservoir;
+use crate::pneumatics::gas::{Gas, Reservoir};
 use crate::session::read;
 use crate::system::{Couplings, LongestSteps, Sample, references};
 use crate::variables::{ParameterError, Tunable, Values};
@@ -34,6 +34,8 @@ pub struct PneumaticServoCylinder<L = Friction, A = Actuator, const EXTENDED: bo
     pub(super) lines: Lines,
     pub(super) sensors: Sensors,
     pub(super) actuator: A,
+    /// The gas in it and around it.
+    pub(super) filling: Gas,
     /// Chambers A and B.
     pub(super) chambers: Chambers,
     /// Area in m2 of the rod less the area of a second one: the atmosphere acts on it.
@@ -45,6 +47,12 @@ pub struct PneumaticServoCylinder<L = Friction, A = Actuator, const EXTENDED: bo
     /// Drive of the carriage.
     pub(super) guidance: Guidance,
     pub(super) friction: FrictionContact<L>,
+    /// Whether friction has another level outwards than inwards.
+    pub(super) has_directed_level: bool,
+    /// Whether some viscous friction acts in one direction alone.
+    pub(super) has_one_way_damping: bool,
+    /// Whether friction varies along the stroke.
+    pub(super) has_waviness: bool,
     /// Inverse of the moving mass in 1/kg.
     pub(super) per_mass: Tangent,
     /// Constant part of the applied force in N: wire and weight, which is the tool's own where it imposes the motion.
@@ -76,7 +84,8 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
     pub(super) fn of(Parts { parameters: p, options, sensors, actuator, friction }: Parts<L, A>) -> Self {
         let area = |diameter: Tangent| PI * diameter * diameter / 4.0;
         let pressures0 = [p.pressure0_a, p.pressure0_b].into();
-        let lines = Lines::new(&options, [p.ambient_pressure, p.ambient_temperature], p.supply_temperature);
+        let filling = options.gas();
+        let lines = Lines::new(&options, &filling, [p.ambient_pressure, p.ambient_temperature], p.supply_temperature);
         let [hose_a, hose_b] = lines.added_volumes();
         let areas = [area(p.bore) - area(options.rod_a), area(p.bore) - area(p.rod)];
         let chambers = Chambers {
@@ -112,9 +121,10 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
             actuator,
             chambers,
             rod_area: area(p.rod) - area(options.rod_a),
-            supply: Reservoir::new(p.supply_temperature),
-            exhaust: Reservoir::new(p.ambient_temperature),
-            leaks: Leaks::new(p.piston_leakage, &options),
+            supply: Reservoir::new(&filling, p.supply_temperature),
+            exhaust: Reservoir::new(&filling, p.ambient_temperature),
+            leaks: Leaks::new(p.piston_leakage * filling.laminar_flow(), &options),
+            filling,
             stops: EndStops {
                 stroke: p.stroke,
                 contact: OneSided { stiffness: p.stop_stiffness, damping: p.stop_damping },
@@ -123,6 +133,9 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
             guidance,
             longest_coupled,
             friction,
+            has_directed_level: options.differs_by_direction(),
+            has_one_way_damping: options.one_way_damping.is_used(),
+            has_waviness: options.waviness.is_used(),
             per_mass: 1.0 / p.moving_mass,
             dead_load: p.wire_force
                 + if guidance == Guidance::Rigid { Tangent::still(0.0) } else { p.moving_mass * slope },

@@ -13,17 +13,17 @@
 
 use super::cylinder::{MemoryOf, PneumaticServoCylinder};
 use super::ends;
-use super::lines::{HOSE, LINE_STATES, Lines, METER, PortFlows, VESSEL, VOLUMES};
+use super::lines::{HOSE, LINE_STATES, Lines, METER, VESSEL, VOLUMES};
 use super::motion::{self, Guidance};
 use super::sensors;
 use super::sensors::{COUNT, Memory, Sensors};
 use super::states::{Inputs, MOST, PRESSURE_A, PRESSURE_B, State, TEMPERATURE_A, TEMPERATURE_B, of_actuator};
 use super::variables::{ByPart, Outputs};
 use crate::friction::{Contact, FrictionLaw, OVERWHELMING, Observation, Trend, states};
-use crate::numbers::{Number, Pair, Real, STILL, Scalar, Varying};
+use crate::numbers::{Number, Pair, Real, Scalar, Varying};
 use crate::pneumatics::actuator::{Actuating, Ports, STATES};
 use crate::pneumatics::chamber::{ChamberRates, Thermal};
-use crate::pneumatics::gas::{GAS_CONSTANT, GasState, HEAT_RATIO};
+use crate::pneumatics::gas::{Gas, GasState};
 use crate::pneumatics::orifice::Inflow;
 use crate::system::QUANTITIES;
 use crate::variables::Tunable;
@@ -41,10 +41,20 @@ pub(super) struct Feeding<'a, S, M> {
 
 // The air in the chambers: its inflow, pressures and temperatures.
 impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<L, A, EXTENDED> {
+    /// The gas in use; equations without options know air alone.
+    #[inline(always)]
+    pub(super) fn filling(&self) -> &Gas {
+        if EXTENDED { &self.filling } else { &Gas::AIR }
+    }
+
     /// Pressures and temperatures in both chambers.
     #[inline(always)]
     pub(super) fn gas<S: Scalar>(&self, x: &[S]) -> GasState<Pair<S>> {
-        self.chambers.gas(Pair([x[PRESSURE_A], x[PRESSURE_B]]), Pair([x[TEMPERATURE_A], x[TEMPERATURE_B]]))
+        self.chambers.gas(
+            self.filling(),
+            Pair([x[PRESSURE_A], x[PRESSURE_B]]),
+            Pair([x[TEMPERATURE_A], x[TEMPERATURE_B]]),
+        )
     }
 
     /// Rates of the gas in both chambers at a position and velocity of the carriage.
@@ -56,14 +66,14 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
         rate: S,
         inflow: Inflow<Pair<S>>,
     ) -> ChamberRates<Pair<S>> {
-        let mut rates = self.chambers.rates(gas, self.lengths(position), Pair([rate, -rate]), inflow);
+        let mut rates = self.chambers.rates(self.filling(), gas, self.lengths(position), Pair([rate, -rate]), inflow);
         if EXTENDED {
             let open = |(side, _): &(usize, S)| self.options.opens()[*side];
             for (side, length_rate) in [rate, -rate].into_iter().enumerate().filter(open) {
                 // It breathes as much as the piston displaces.
                 let (Pair(pressure), Pair(temperature)) = (gas.pressure, gas.temperature);
                 let growth = length_rate * self.chambers.areas.side(side);
-                rates.mass_flow.0[side] = pressure[side] * growth / (temperature[side] * GAS_CONSTANT);
+                rates.mass_flow.0[side] = pressure[side] * growth / (temperature[side] * self.filling.constant);
                 (rates.pressure.0[side], rates.temperature.0[side]) = (S::zero(), S::zero());
             }
         }
@@ -158,7 +168,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
         pressure.max(S::tuned(self.p.ambient_pressure))
     }
 
-    /// The air around the cylinder.
+    /// The gas around the cylinder.
     pub(super) fn surroundings<N: Number>(&self) -> GasState<N> {
         self.exhaust.at(N::tuned(self.p.ambient_pressure))
     }
@@ -216,7 +226,9 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
             return level.max(S::zero());
         }
         let added = self.options.added_level(Pair([x[PRESSURE_A], x[PRESSURE_B]]));
-        (level + added).max(S::zero()) * self.options.relative_level(State::Position.get(x))
+        let constant = S::constant(1.0);
+        let along = if self.has_waviness { self.options.relative_level(State::Position.get(x)) } else { constant };
+        (level + added).max(S::zero()) * along
     }
 
     /// The contact as the friction law sees it, for a velocity of the carriage.
@@ -251,8 +263,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
     #[inline(always)]
     pub(super) fn directed_level<S: Scalar>(&self, x: &[S], rate: S, applied: S) -> S {
         let level = self.load_level(x);
-        let factor = self.options.direction_factor;
-        if EXTENDED && (factor != 1.0 || factor.slopes != STILL) {
+        if EXTENDED && self.has_directed_level {
             return level * self.options.directed_level(rate.value(), applied.value());
         }
         level
@@ -289,7 +300,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
     /// Friction force in N of the law, with viscous friction that acts in one direction alone.
     #[inline(always)]
     fn with_one_way_friction<S: Scalar>(&self, force: S, contact: &Contact<S>, memory: &L::Memory<S::Held>) -> S {
-        if EXTENDED && self.options.one_way_damping.is_used() {
+        if EXTENDED && self.has_one_way_damping {
             return force + self.options.one_way_friction(self.friction.rate(contact.velocity, memory));
         }
         force
@@ -453,10 +464,11 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
         let lines = &self.lines;
         let mut at_valve = gas;
         for (side, _) in lines.hoses.iter().enumerate().filter(|(_, line)| line.is_some()) {
-            at_valve.pressure.0[side] = states[side * HOSE];
-            at_valve.temperature.0[side] = S::tuned(lines.temperature);
+            let hose = lines.air.at(states[side * HOSE]);
+            at_valve.pressure.0[side] = hose.pressure;
+            at_valve.temperature.0[side] = hose.temperature;
+            at_valve.sonic_density.0[side] = hose.sonic_density;
         }
-        let at_valve = GasState::new(at_valve.pressure, at_valve.temperature);
         let ports = self.ports_at_valve(x, supply);
         let fed = self.fed(at, &ports, at_valve);
         let (mut into, mut received) = (fed, self.closed(fed.mass));
@@ -465,14 +477,13 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
             let Some(line) = line else { continue };
             let own = &states[side * HOSE..][..HOSE];
             let chamber = gas.side(side);
-            let (of_hose, port) = line.flows(own, lines.temperature, fed.mass.0[side], chamber, distances[side]);
+            let (of_hose, out) = line.flows(own, &lines.air, fed.mass.0[side], chamber, distances[side]);
             rates[side * HOSE..][..HOSE].copy_from_slice(&of_hose);
-            let PortFlows { from_line: out, from_outside } = port;
             (into.mass.0[side], into.carried.0[side]) = (out.mass, out.mass * out.temperature);
-            if line.has_quick_exhaust() {
-                into.mass.0[side] += from_outside.mass;
-                into.carried.0[side] += from_outside.mass * from_outside.temperature;
-                received += from_outside.mass;
+            if let Some(flow) = line.from_outside(own, chamber, distances[side]) {
+                into.mass.0[side] += flow.mass;
+                into.carried.0[side] += flow.mass * flow.temperature;
+                received += flow.mass;
             }
         }
         let drawn = || self.closed(self.actuator.drawn(of_actuator(x), &ports, at_valve));
@@ -501,7 +512,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
             let ((own, rest), states) = (slots.split_at_mut(LINE_STATES), self.of_lines(x));
             own.copy_from_slice(&states);
             rest[..LINE_STATES].copy_from_slice(&self.of_lines(rates));
-            rest[LINE_STATES] = Lines::consumed_volume(&states);
+            rest[LINE_STATES] = self.lines.consumed_volume(&states);
         } else {
             slots.fill(S::zero());
         }
@@ -645,9 +656,9 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
         let rate = if self.is_led() { S::zero() } else { self.own_rate(x, memory) };
         let gas = self.gas(x);
         let pressure_volume = gas.pressure * self.chambers.volume(self.lengths(State::Position.get(x)));
-        let mass = self.closed(pressure_volume / (gas.temperature * GAS_CONSTANT));
+        let mass = self.closed(pressure_volume / (gas.temperature * self.filling().constant));
         let mass = if self.has_lines() { mass + self.lines.mass(&self.of_lines(x).map(S::value)) } else { mass };
-        let inner_energy = self.closed(pressure_volume) / (HEAT_RATIO - 1.0);
+        let inner_energy = self.closed(pressure_volume) / (self.filling().heat_ratio - 1.0);
         let kinetic_energy = rate * (0.5 * self.p.moving_mass) * rate;
         [mass, if self.has_gas_energy() { inner_energy + kinetic_energy } else { kinetic_energy }].map(S::value)
     }
@@ -671,7 +682,8 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
             let inflow = self.inflow(at, u.supply_pressure, gas);
             (inflow, self.closed(inflow.mass))
         };
-        let enthalpy_flow = self.closed(inflow.carried) * (GAS_CONSTANT * HEAT_RATIO / (HEAT_RATIO - 1.0));
+        let &Gas { constant, heat_ratio, .. } = self.filling();
+        let enthalpy_flow = self.closed(inflow.carried) * (constant * heat_ratio / (heat_ratio - 1.0));
         let heat = self.closed(self.chambers.heat(gas.temperature, self.lengths(State::Position.get(x))));
         let work = self.outer_force(time, x, u, memory) * rate;
         [mass_flow, if self.has_gas_energy() { enthalpy_flow + heat + work } else { work }].map(S::value)

@@ -79,9 +79,8 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
         // Each chamber in the directions of its own states.
         let seeded =
             |states: [usize; 2], direction: usize| Pair(states.map(|i| Dual::<FED, S>::variable(x[i], direction)));
-        let gas = self
-            .chambers
-            .gas(seeded([PRESSURE_A, PRESSURE_B], STATES), seeded([TEMPERATURE_A, TEMPERATURE_B], STATES + 1));
+        let pressures = seeded([PRESSURE_A, PRESSURE_B], STATES);
+        let gas = self.chambers.gas(self.filling(), pressures, seeded([TEMPERATURE_A, TEMPERATURE_B], STATES + 1));
         let feeding: [_; STATES] = std::array::from_fn(|place| Dual::variable(x[place], place));
         let at = Feeding { time: Dual::constant(time), x: &feeding, memory: &memory.actuator };
         let inflow = self.inflow(at, Dual::constant(u.supply_pressure), gas);

@@ -5,7 +5,7 @@
 use super::options::{Options, ThrottledFlow};
 use crate::numbers::{Number, Real, Scalar, Tangent};
 use crate::pneumatics::actuator::SUPPLY;
-use crate::pneumatics::gas::{GAS_CONSTANT, GasState, REFERENCE_DENSITY, Reservoir, THINNEST};
+use crate::pneumatics::gas::{Gas, GasState, Reservoir, THINNEST};
 use crate::pneumatics::hose::{COLUMNS, Hose};
 use crate::pneumatics::orifice::{self, Flow, LAMINAR_RATIO, Orifice};
 use crate::system::{Limits, LongestSteps, references};
@@ -29,8 +29,10 @@ pub struct Lines {
     pub vessel: Option<Vessel>,
     /// Whether the mass that is drawn from the supply is counted.
     pub has_meter: bool,
-    /// Temperature in K of the air in hoses.
-    pub temperature: Tangent,
+    /// The gas in hoses, at the temperature that it has there.
+    pub air: Reservoir,
+    /// Density in kg/m3 of the gas at the reference conditions.
+    reference_density: Tangent,
     /// The places of the states that are integrated, in the order in which a run has them, and how many these are.
     integrated: [u8; LINE_STATES],
     count: usize,
@@ -87,14 +89,6 @@ struct QuickExhaust {
     ambient: Tangent,
 }
 
-/// Flows at the port of a chamber.
-pub struct PortFlows<S> {
-    /// From the line into the chamber.
-    pub from_line: Flow<S>,
-    /// From the surroundings into the chamber, past the line.
-    pub from_outside: Flow<S>,
-}
-
 /// A vessel between the supply and the actuator, at the temperature of the supply; its own pressure bounds the outlet's
 /// pressure, even where that is below ambient.
 ///
@@ -118,32 +112,41 @@ pub const PASSAGE: f64 = 0.05;
 const CLOSING: f64 = 0.1;
 
 impl Lines {
-    /// The lines of a cylinder in surroundings of a pressure in Pa and a temperature in K, which the air in its hoses has, and with
-    /// air of another temperature in its vessel.
-    pub fn new(options: &Options, [ambient, temperature]: [Tangent; 2], supply_temperature: Tunable) -> Self {
+    /// The lines of a cylinder in surroundings of a pressure in Pa and a temperature in K, which the gas in its hoses has, and with
+    /// gas of another temperature in its vessel.
+    pub fn new(options: &Options, gas: &Gas, surroundings: [Tangent; 2], supply_temperature: Tunable) -> Self {
+        let [ambient, temperature] = surroundings;
+        let air = Reservoir::new(gas, temperature);
         let line = |side: usize| {
-            let restriction = Restriction::new(options, side, [ambient, temperature]);
+            let restriction = Restriction::new(options, side, air, ambient);
             let [length, diameter] = options.hoses()[side];
             let has_hose = length > 0.0;
             let length = if has_hose { length } else { Tangent::still(PASSAGE) };
             let is_there = (has_hose || restriction.is_some()) && !options.opens()[side];
-            is_there.then(|| Line { hose: Hose::new(length, diameter, temperature), restriction })
+            is_there.then(|| Line { hose: Hose::new(length, diameter, gas, temperature), restriction })
         };
         let vessel = (options.vessel_volume > 0.0).then(|| Vessel {
             volume: options.vessel_volume,
             conductance: options.vessel_conductance,
             orifice: Orifice::new(options.vessel_ratio),
-            air: Reservoir::new(supply_temperature),
-            gas: supply_temperature * GAS_CONSTANT,
+            air: Reservoir::new(gas, supply_temperature),
+            gas: supply_temperature * gas.constant,
         });
-        Self::of([line(0), line(1)], vessel, options.counts_supply, temperature)
+        Self::of([line(0), line(1)], vessel, options.counts_supply, gas, air)
     }
 
-    fn of(hoses: [Option<Line>; 2], vessel: Option<Vessel>, has_meter: bool, temperature: Tangent) -> Self {
-        let lines = hoses.iter().flatten().map(Line::longest_steps);
-        let longest_steps = lines.fold(LongestSteps::UNLIMITED, LongestSteps::min);
-        let mut lines =
-            Self { hoses, vessel, has_meter, temperature, integrated: [0; LINE_STATES], count: 0, longest_steps };
+    fn of(hoses: [Option<Line>; 2], vessel: Option<Vessel>, has_meter: bool, gas: &Gas, air: Reservoir) -> Self {
+        let lines = hoses.iter().flatten().map(|line| line.longest_steps(gas));
+        let mut lines = Self {
+            longest_steps: lines.fold(LongestSteps::UNLIMITED, LongestSteps::min),
+            hoses,
+            vessel,
+            has_meter,
+            air,
+            reference_density: gas.reference_density(),
+            integrated: [0; LINE_STATES],
+            count: 0,
+        };
         for place in 0..LINE_STATES {
             if lines.has(place) {
                 lines.integrated[lines.count] = place as u8;
@@ -243,8 +246,8 @@ impl Lines {
 }
 
 impl Restriction {
-    /// Restriction at the port of a chamber, if any, in surroundings of a pressure in Pa and a temperature in K.
-    fn new(options: &Options, side: usize, [ambient, temperature]: [Tangent; 2]) -> Option<Self> {
+    /// Restriction at the port of a chamber, if any, in surroundings at a pressure in Pa.
+    fn new(options: &Options, side: usize, surroundings: Reservoir, ambient: Tangent) -> Option<Self> {
         let (throttle, free) = (options.throttles()[side], options.throttle_free);
         let throttled = if throttle > 0.0 { throttle } else { free };
         let (into, out) = match options.throttled_flow {
@@ -257,27 +260,19 @@ impl Restriction {
             orifice: Orifice::new(options.quick_exhaust_ratio),
             conductance,
             opening: options.quick_exhaust_opening,
-            surroundings: Reservoir::new(temperature),
+            surroundings,
             ambient,
         });
         let is_there = throttle > 0.0 || cushion.is_some() || quick_exhaust.is_some();
         is_there.then(|| Self { orifice: Orifice::new(options.throttle_ratio), into, out, cushion, quick_exhaust })
     }
 
-    /// Flows from the end of a hose and from the surroundings into a chamber whose piston is a distance in m from the end of its
-    /// stroke.
-    fn flows<S: Scalar>(&self, from: GasState<S>, to: GasState<S>, distance: S) -> PortFlows<S> {
-        let from_line = self.flow(from, to, distance);
-        let Some(exhaust) = &self.quick_exhaust else {
-            return PortFlows { from_line, from_outside: Flow { mass: S::zero(), temperature: to.temperature } };
-        };
-        let opening = exhaust.opening(from.pressure, to.pressure);
-        let outside = exhaust.surroundings.at(S::tuned(exhaust.ambient));
-        let conductance = opening * self.cushioned(exhaust.conductance, distance);
-        PortFlows {
-            from_line: Flow { mass: from_line.mass * (-opening + 1.0), ..from_line },
-            from_outside: exhaust.orifice.flow(conductance, outside, to),
-        }
+    /// Flow from the end of a hose into a chamber whose piston is a distance in m from the end of its stroke, as a quick exhaust
+    /// valve leaves it.
+    fn from_line<S: Scalar>(&self, from: GasState<S>, to: GasState<S>, distance: S) -> Flow<S> {
+        let flow = self.flow(from, to, distance);
+        let Some(exhaust) = &self.quick_exhaust else { return flow };
+        Flow { mass: flow.mass * (-exhaust.opening(from.pressure, to.pressure) + 1.0), ..flow }
     }
 
     /// Flow from the end of a hose into a chamber whose piston is a distance in m from the end of its stroke.
@@ -297,9 +292,9 @@ impl Restriction {
         orifice::piece(from, to).value + 4.0 * (within(1.0) + within(1.0 - CLOSING)) + 12.0 * exhausting
     }
 
-    /// Derivative in kg/(s Pa) of the flow the wider way with respect to a pressure, where it is laminar.
-    fn steepest(&self) -> f64 {
-        self.orifice.steepest(self.into.value.max(self.out.value))
+    /// Derivative in kg/(s Pa) of the flow of a gas the wider way with respect to a pressure, where it is laminar.
+    fn steepest(&self, gas: &Gas) -> f64 {
+        self.orifice.steepest(self.into.value.max(self.out.value), gas.choked_density.value)
     }
 
     fn outward<S: Scalar>(&self, distance: S) -> S {
@@ -330,28 +325,33 @@ impl QuickExhaust {
 
 impl Line {
     /// The longest explicit steps, bounded by the fastest wave and by the last volume, if the line is closed.
-    fn longest_steps(&self) -> LongestSteps {
+    fn longest_steps(&self, gas: &Gas) -> LongestSteps {
         let of_waves = self.hose.longest_steps();
         self.restriction.as_ref().map_or(of_waves, |restriction| {
-            let rate = self.hose.rate_at_end(restriction.steepest());
+            let rate = self.hose.rate_at_end(restriction.steepest(gas));
             LongestSteps::of_swing(0.0, rate).min(of_waves)
         })
     }
 
-    /// Whether a quick exhaust valve is in the port.
-    pub fn has_quick_exhaust(&self) -> bool {
-        self.restriction.as_ref().is_some_and(|restriction| restriction.quick_exhaust.is_some())
+    /// Flow from the surroundings, past the line, into a chamber whose piston is a distance in m from the end of its stroke, if a
+    /// quick exhaust valve is in its port.
+    pub fn from_outside<S: Scalar>(&self, states: &[S], chamber: GasState<S>, distance: S) -> Option<Flow<S>> {
+        let restriction = self.restriction.as_ref()?;
+        let exhaust = restriction.quick_exhaust.as_ref()?;
+        let outside = exhaust.surroundings.at(S::tuned(exhaust.ambient));
+        let opening = exhaust.opening(states[VOLUMES - 1], chamber.pressure);
+        Some(exhaust.orifice.flow(opening * restriction.cushioned(exhaust.conductance, distance), outside, chamber))
     }
 
-    /// Rates of the states of the hose, and the flows into a chamber at its port.
+    /// Rates of the states of the hose, and its flow into a chamber.
     pub fn flows<S: Scalar>(
         &self,
         states: &[S],
-        temperature: Tangent,
+        air: &Reservoir,
         inflow: S,
         chamber: GasState<S>,
         distance: S,
-    ) -> ([S; HOSE], PortFlows<S>) {
+    ) -> ([S; HOSE], Flow<S>) {
         let mut pressures: [S; VOLUMES] = std::array::from_fn(|i| states[i]);
         if self.restriction.is_none() {
             // The last volume is part of the chamber.
@@ -360,23 +360,22 @@ impl Line {
         let columns: [S; COLUMNS] = std::array::from_fn(|i| states[VOLUMES + i]);
         let flow_rates = self.hose.flow_rates(pressures, columns);
         let through = self.hose.through(pressures, columns, flow_rates);
-        let air = S::tuned(temperature);
-        let flows = match &self.restriction {
-            Some(restriction) => restriction.flows(GasState::new(pressures[VOLUMES - 1], air), chamber, distance),
+        let end = air.at(pressures[VOLUMES - 1]);
+        let out = match &self.restriction {
+            Some(restriction) => restriction.from_line(end, chamber, distance),
             None => {
                 let mass = through[COLUMNS - 1];
-                let temperature = if mass.value() >= 0.0 { air } else { chamber.temperature };
-                let from_outside = Flow { mass: S::zero(), temperature };
-                PortFlows { from_line: Flow { mass, temperature }, from_outside }
+                let temperature = if mass.value() >= 0.0 { end.temperature } else { chamber.temperature };
+                Flow { mass, temperature }
             }
         };
         let mut rates = [S::zero(); HOSE];
-        rates[..VOLUMES].copy_from_slice(&self.hose.pressure_rates(inflow, through, flows.from_line.mass));
+        rates[..VOLUMES].copy_from_slice(&self.hose.pressure_rates(inflow, through, out.mass));
         if self.restriction.is_none() {
             rates[VOLUMES - 1] = S::zero();
         }
         rates[VOLUMES..].copy_from_slice(&flow_rates);
-        (rates, flows)
+        (rates, out)
     }
 }
 
@@ -417,8 +416,8 @@ impl Lines {
     pub const COMPUTED: usize = 2 * LINE_STATES + 1;
 
     /// The volume in m3 at the reference conditions of a mass in kg that the meter has counted.
-    pub fn consumed_volume<S: Scalar>(states: &[S; LINE_STATES]) -> S {
-        states[METER] / REFERENCE_DENSITY
+    pub fn consumed_volume<S: Scalar>(&self, states: &[S; LINE_STATES]) -> S {
+        states[METER] / self.reference_density
     }
 
     /// Variables of the states, their rates and the consumed volume. The flow through the valve to a chamber depends on the
@@ -456,7 +455,7 @@ impl Lines {
                 .nominal(1e-3)
                 .shown_in("l")
                 .depends_on(&[CONSUMED])
-                .text("The same mass as volume at the reference conditions of ISO 8778 (ANR: 1.185 kg/m3)"),
+                .text("The same mass as volume at the reference conditions of ISO 8778 (ANR: air of 1.185 kg/m3, another gas by gas.R)"),
         );
         table
     }
@@ -468,7 +467,7 @@ fn supply_flow() -> Variable {
         .nominal(1e-3)
         .shown_in("l/min(ANR)")
         .derivative_of(CONSUMED)
-        .text("Mass flow drawn from the supply by chambers, hoses, vessel and leakage; negative where air flows back. 0 unless consumption.enabled")
+        .text("Mass flow drawn from the supply by chambers, hoses, vessel and leakage; negative where gas flows back. 0 unless consumption.enabled")
 }
 
 fn state(place: usize) -> Variable {
@@ -554,7 +553,7 @@ mod tests {
         for (distance, expected) in [(0.1, 8e-9), (0.02, 8e-9), (0.019, 5e-9), (0.018, 2e-9), (0.0, 2e-9)] {
             assert!((restriction.outward(Real::of(distance)).value - expected).abs() < 1e-21, "at {distance} m");
         }
-        let gas = |pressure: f64| GasState::new(Real::of(pressure), Real::of(293.15));
+        let gas = |pressure: f64| Gas::AIR.at(Real::of(pressure), Real::of(293.15));
         let flow = |from: f64, to: f64| restriction.flow(gas(from), gas(to), Real::of(0.0)).mass.value;
         let [into, out] = [flow(6e5, 1e5), flow(1e5, 6e5)];
         assert!((into / out + 9e-9 / 2e-9).abs() < 1e-12, "{into} {out}");
@@ -563,17 +562,19 @@ mod tests {
     /// Mass flows have a sign, and unused places count for nothing.
     #[test]
     fn lines_are_filled_where_no_pressure_in_use_has_fallen_to_zero() {
-        let hose = || Some(Line { hose: Hose::new(still(1.0), still(4e-3), still(293.15)), restriction: None });
+        let hose =
+            || Some(Line { hose: Hose::new(still(1.0), still(4e-3), &Gas::AIR, still(293.15)), restriction: None });
         let supply = still(293.15);
         let vessel = Vessel {
             volume: still(1e-3),
             conductance: still(1e-8),
             orifice: Orifice::new(still(0.3)),
-            air: Reservoir::new(supply),
-            gas: supply * GAS_CONSTANT,
+            air: Reservoir::new(&Gas::AIR, supply),
+            gas: supply * Gas::AIR.constant,
         };
-        let both = Lines::of([hose(), hose()], Some(vessel), true, still(293.15));
-        let one = Lines::of([None, hose()], None, false, still(293.15));
+        let air = Reservoir::new(&Gas::AIR, still(293.15));
+        let both = Lines::of([hose(), hose()], Some(vessel), true, &Gas::AIR, air);
+        let one = Lines::of([None, hose()], None, false, &Gas::AIR, air);
         for (lines, pressures) in [(both, 2 * COLUMNS + 1), (one, COLUMNS)] {
             let start = lines.start([2e5, 3e5].map(Real::of), Real::of(7e5)).map(Real::value);
             assert!(lines.are_filled(&start));

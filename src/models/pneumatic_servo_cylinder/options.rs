@@ -8,6 +8,7 @@ use std::f64::consts::TAU;
 use super::ends::EndSwitches;
 use super::motion::{Guidance, Motion};
 use crate::numbers::{Pair, STILL, Scalar, Tangent};
+use crate::pneumatics::gas::Gas;
 use crate::pneumatics::hose::Hose;
 use crate::variables::{Fixed, ParameterError, Tunable, Variable, units};
 use crate::{enumeration, parameters};
@@ -82,8 +83,14 @@ parameters! {
         one_way_damping: Fixed = Variable::parameter(1237, "friction.direction.damping", units::NEWTON_SECOND_PER_METRE, 0.0).range(-1e4, 1e4).nominal(10.0).turns_at_zero()
             .text("Viscous friction in one direction alone, added to the law: outwards if positive, inwards with its magnitude if negative");
         end_switches: EndSwitches = EndSwitches::variables();
+        gas_constant: Fixed = Variable::parameter(1260, "gas.R", units::JOULE_PER_KILOGRAM_KELVIN, Gas::AIR.constant.value).range(20.0, 5000.0)
+            .text("Specific gas constant, of dry air by default. Sonic conductances and leaks are stated for air, and pass another gas as nozzles and gaps of the same size do");
+        heat_ratio: Fixed = Variable::parameter(1261, "gas.gamma", units::ONE, Gas::AIR.heat_ratio.value).range(1.01, 1.7)
+            .text("Ratio of the specific heats of the gas, of air by default");
+        viscosity: Fixed = Variable::parameter(1262, "gas.viscosity", units::PASCAL_SECOND, Gas::AIR.viscosity.value).range(1e-6, 1e-3)
+            .text("Dynamic viscosity of the gas, of air at 20 degC by default: counts in hoses and for piston.leakage");
         counts_supply: bool = Variable::option(1224, "consumption.enabled", false)
-            .text("Count the air that is drawn from the supply, for supply.massFlow, supply.consumed and supply.consumedVolume");
+            .text("Count the gas that is drawn from the supply, for supply.massFlow, supply.consumed and supply.consumedVolume");
     }
 }
 
@@ -140,6 +147,7 @@ impl Options {
         let is_chosen = self.opens().contains(&true) || counts_supply || self.differs_by_direction();
         let is_chosen = is_chosen || self.motion != Motion::Free || self.end_switches.are_used();
         is_chosen
+            || self.has_another_gas()
             || [spring_stiffness, kappa_difference, waviness, self.one_way_damping]
                 .into_iter()
                 .chain(lines)
@@ -149,6 +157,16 @@ impl Options {
     /// Whether the load level of friction is another outwards than inwards.
     pub fn differs_by_direction(&self) -> bool {
         self.direction_factor != 1.0 || self.direction_factor.slopes != STILL
+    }
+
+    /// The gas.
+    pub fn gas(&self) -> Gas {
+        Gas::new(self.gas_constant, self.heat_ratio, self.viscosity)
+    }
+
+    /// Whether the gas is another than air, or is differentiated by.
+    fn has_another_gas(&self) -> bool {
+        self.gas() != Gas::AIR
     }
 
     /// Lengths and inner diameters in m of the hoses.
@@ -238,9 +256,6 @@ impl Options {
 
     /// Friction level at a position relative to the mean along the stroke: `1 + a*sin(2*pi*x/period)`.
     pub fn relative_level<S: Scalar>(&self, position: S) -> S {
-        if !self.waviness.is_used() {
-            return S::constant(1.0);
-        }
         (position * (TAU / self.wave_length)).sin() * self.waviness + 1.0
     }
 }

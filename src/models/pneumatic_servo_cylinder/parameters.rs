@@ -42,7 +42,7 @@ parameters! {
         ambient_temperature: Fixed = Variable::parameter(1016, "ambientTemperature", units::KELVIN, 293.15).range(100.0, 1000.0).shown_in("degC")
             .text("Ambient and initial gas temperature");
         supply_temperature: Tunable = Variable::parameter(1017, "supplyTemperature", units::KELVIN, 293.15).range(100.0, 1000.0).shown_in("degC")
-            .text("Temperature of the supplied air");
+            .text("Temperature of the supplied gas");
         heat_transfer: Tunable = Variable::parameter(1018, "thermal.heatTransfer", units::WATT_PER_SQUARE_METRE_KELVIN, 60.0).range(0.0, 1e5)
             .text("Heat transfer coefficient between gas and wall, which is at ambient temperature");
         thermal_model: ThermalModel = Variable::choice(1019, "thermal.model", ThermalModel::EnergyBalance)
@@ -54,7 +54,7 @@ parameters! {
         wire_force: Tunable = Variable::parameter(1022, "wireForce", units::NEWTON, 0.0).range(-1e4, 1e4)
             .text("Retracting force of the position transducer's wire, towards -x");
         piston_leakage: Fixed = Variable::parameter(1023, "piston.leakage", units::KILOGRAM_PER_SECOND_SQUARE_PASCAL, 0.0).range(0.0, 1e-10)
-            .text("Laminar leakage coefficient between the chambers");
+            .text("Laminar leakage coefficient between the chambers, for air");
         kappa_a: Tunable = Variable::parameter(1038, "friction.kappaA", units::PER_PASCAL, 0.0).range(-1e-3, 1e-3).shown_in("1/bar")
             .text("Growth of the load level with the pressure in chamber A above ambient");
         kappa_b: Tunable = Variable::parameter(1039, "friction.kappaB", units::PER_PASCAL, 0.0).range(-1e-3, 1e-3).shown_in("1/bar")

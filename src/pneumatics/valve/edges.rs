@@ -111,6 +111,7 @@ impl Edges {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::pneumatics::gas::Gas;
 
     fn port(conductance: f64, critical_ratio: f64) -> Port {
         Port { conductance: Tunable::still(conductance), critical_ratio: Tunable::still(critical_ratio) }
@@ -150,10 +151,10 @@ mod tests {
     #[test]
     fn every_edge_has_its_own_conductance_and_ratio() {
         let ports = [port(4e-9, 0.2), port(3e-9, 0.4)];
-        let gas = |pressure: f64| GasState::new(Pair([Real::of(pressure); 2]), Pair([Real::of(293.15); 2]));
+        let gas = |pressure: f64| Gas::AIR.at(Pair([Real::of(pressure); 2]), Pair([Real::of(293.15); 2]));
         let both = Edges::new(ports, Tunable::still(0.0)).flow(Pair(Real::all(&[1.0, 0.5])), gas(6e5), gas(4e5)).mass;
         let alone = |port: Port, opening: f64| {
-            let gas = |pressure: f64| GasState::new(Real::of(pressure), Real::of(293.15));
+            let gas = |pressure: f64| Gas::AIR.at(Real::of(pressure), Real::of(293.15));
             Orifice::new(port.critical_ratio).flow(Real::of(opening) * port.conductance, gas(6e5), gas(4e5)).mass
         };
         assert_eq!(both, Pair([alone(ports[0], 1.0), alone(ports[1], 0.5)]));
