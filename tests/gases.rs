@@ -142,7 +142,7 @@ fn valves_are_nozzles() {
 fn waves_run_at_the_speed_of_sound_of_the_gas() {
     let length = 2.0;
     for gas in GASES {
-        let values = [("hoseA.length", length), ("hoseA.diameter", 0.02), ("chamberA.deadVolume", 10.0)];
+        let values = [("hoseA.length", length), ("hoseA.diameter", 0.02), ("chamberA.deadVolume", 1.0)];
         let mut plant = held(gas, "Isothermal", &values).start(0.0).unwrap();
         for (k, name) in ["hoseA.pressure[1]", "hoseA.pressure[2]", "hoseA.pressure[3]"].into_iter().enumerate() {
             plant.move_state(name, AMBIENT + 100.0 * (PI / 6.0 * k as f64).cos()).unwrap();

@@ -33,6 +33,8 @@ pub struct PneumaticServoCylinder<L = Friction, A = Actuator, const EXTENDED: bo
     pub(super) options: Options,
     pub(super) lines: Lines,
     pub(super) sensors: Sensors,
+    /// Number of the states of the sensors.
+    pub(super) lags: usize,
     pub(super) actuator: A,
     /// The gas in it and around it.
     pub(super) filling: Gas,
@@ -143,6 +145,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
             p,
             options,
             lines,
+            lags: sensors.states(),
             sensors,
             couplings: Couplings::NONE,
         };
@@ -154,7 +157,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
 
     /// Number of states, for every number of inputs.
     pub fn states(&self) -> usize {
-        State::OTHERS + self.friction.count() + self.lines.states() + self.sensors.states()
+        State::OTHERS + self.friction.count() + self.lines.states() + self.lags
     }
 
     /// The next point in time at which a part changes by itself.

@@ -396,20 +396,26 @@ pub struct LineFlows<S> {
 impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<L, A, EXTENDED> {
     /// Places of the states of the lines, and their indices among `n` states.
     pub(super) fn places_of_lines(&self, n: usize) -> impl Iterator<Item = (usize, usize)> {
-        let first = State::Position.at(n) - self.sensors.states() - self.lines.states();
-        self.lines.integrated().zip(first..)
+        self.lines.integrated().zip(self.first_of_lines(n)..)
+    }
+
+    /// Index of the first state of the lines among `n` states.
+    #[inline(always)]
+    pub(super) fn first_of_lines(&self, n: usize) -> usize {
+        State::Position.at(n) - self.lags - self.lines.states()
     }
 
     /// The states of the lines; 0 for those that are not integrated.
+    #[inline(always)]
     pub(super) fn of_lines<S: Scalar>(&self, x: &[S]) -> [S; LINE_STATES] {
-        let mut states = [S::zero(); LINE_STATES];
-        self.places_of_lines(x.len()).for_each(|(place, index)| states[place] = x[index]);
-        states
+        self.lines.placed(&x[self.first_of_lines(x.len())..])
     }
 
     /// Puts values of the states of the lines in their places.
+    #[inline(always)]
     pub(super) fn put_lines<T: Copy>(&self, states: &[T; LINE_STATES], x: &mut [T]) {
-        self.places_of_lines(x.len()).for_each(|(place, index)| x[index] = states[place]);
+        let first = self.first_of_lines(x.len());
+        self.lines.integrated().zip(&mut x[first..]).for_each(|(place, own)| *own = states[place]);
     }
 
     /// The pressures in Pa at the ports of the actuator: in the first volumes of hoses, or in the chambers.
@@ -440,15 +446,15 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
         if !(EXTENDED && self.lines.hoses.iter().any(Option::is_some)) {
             return [None; 2];
         }
-        let states = self.of_lines(x);
-        std::array::from_fn(|side| self.lines.hoses[side].as_ref().map(|_| states[side * HOSE + place]))
+        let own = &x[self.first_of_lines(x.len())..];
+        std::array::from_fn(|side| self.lines.number(side * HOSE + place).map(|number| own[number]))
     }
 
     /// The pressure in the vessel of the supply, if there is one.
     #[inline(always)]
     pub(super) fn vessel_pressure<S: Copy>(&self, x: &[S]) -> Option<S> {
         // It is the last of the states of the lines.
-        let index = || State::Position.at(x.len()) - self.sensors.states() - 1;
+        let index = || State::Position.at(x.len()) - self.lags - 1;
         (EXTENDED && self.lines.vessel.is_some()).then(|| x[index()])
     }
 
@@ -480,7 +486,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
             let (of_hose, out) = line.flows(own, &lines.air, fed.mass.0[side], chamber, distances[side]);
             rates[side * HOSE..][..HOSE].copy_from_slice(&of_hose);
             (into.mass.0[side], into.carried.0[side]) = (out.mass, out.mass * out.temperature);
-            if let Some(flow) = line.from_outside(own, chamber, distances[side]) {
+            if let Some(flow) = line.outside_flow(own, chamber, distances[side]) {
                 into.mass.0[side] += flow.mass;
                 into.carried.0[side] += flow.mass * flow.temperature;
                 received += flow.mass;
@@ -546,7 +552,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
 
     /// The states of the sensors, 0 if they have none.
     pub(super) fn lagged<S: Scalar>(&self, x: &[S]) -> [S; COUNT] {
-        if self.sensors.states() == 0 {
+        if self.lags == 0 {
             return [S::zero(); COUNT];
         }
         std::array::from_fn(|place| x[Self::first_of_sensors(x.len()) + place])
@@ -636,7 +642,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
         Pair([rates[PRESSURE_A], rates[PRESSURE_B]]) = gas.pressure;
         State::Position.set(rates, rate);
         State::Velocity.set(rates, if self.is_led() { S::zero() } else { acceleration });
-        if EXTENDED && self.sensors.states() > 0 {
+        if EXTENDED && self.lags > 0 {
             let quantities = self.measured(time, x, u, [acceleration, friction], (&memory.friction, &memory.motion));
             let own = self.sensors.rates(quantities, self.lagged(x));
             rates[Self::first_of_sensors(x.len())..][..sensors::COUNT].copy_from_slice(&own);

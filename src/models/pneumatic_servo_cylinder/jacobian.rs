@@ -157,7 +157,7 @@ const TEMPERATURE: [usize; 2] = [TEMPERATURE_A, TEMPERATURE_B];
 impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<L, A, EXTENDED> {
     /// Whether lines or sensors have states.
     pub(super) fn has_attachments(&self) -> bool {
-        EXTENDED && (self.lines.are_used() || self.sensors.states() > 0)
+        EXTENDED && (self.lines.are_used() || self.lags > 0)
     }
 
     /// The couplings of a cylinder among as many states as it has.
@@ -217,7 +217,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
 
     /// The states of the sensors, where there are any.
     fn sensor_states(&self, n: usize) -> Range<usize> {
-        State::Position.at(n) - self.sensors.states()..State::Position.at(n)
+        State::Position.at(n) - self.lags..State::Position.at(n)
     }
 }
 

@@ -36,6 +36,8 @@ pub struct Lines {
     /// The places of the states that are integrated, in the order in which a run has them, and how many these are.
     integrated: [u8; LINE_STATES],
     count: usize,
+    /// The number of each state among these, by its place.
+    numbers: [Option<u8>; LINE_STATES],
     /// The longest explicit steps.
     longest_steps: LongestSteps,
 }
@@ -146,10 +148,12 @@ impl Lines {
             reference_density: gas.reference_density(),
             integrated: [0; LINE_STATES],
             count: 0,
+            numbers: [None; LINE_STATES],
         };
         for place in 0..LINE_STATES {
             if lines.has(place) {
                 lines.integrated[lines.count] = place as u8;
+                lines.numbers[place] = Some(lines.count as u8);
                 lines.count += 1;
             }
         }
@@ -174,6 +178,19 @@ impl Lines {
     /// The places of those that are integrated, in the order in which a run has them.
     pub fn integrated(&self) -> impl Iterator<Item = usize> {
         self.integrated[..self.count].iter().map(|place| usize::from(*place))
+    }
+
+    /// Number of a state, by its place, among those that are integrated, if it is.
+    pub fn number(&self, place: usize) -> Option<usize> {
+        self.numbers[place].map(usize::from)
+    }
+
+    /// The states by their places, given those that are integrated first; 0 for the others.
+    #[inline(always)]
+    pub fn placed<S: Scalar>(&self, own: &[S]) -> [S; LINE_STATES] {
+        let mut states = [S::zero(); LINE_STATES];
+        self.integrated().zip(own).for_each(|(place, state)| states[place] = *state);
+        states
     }
 
     /// Whether a state, by its place, is integrated.
@@ -222,9 +239,9 @@ impl Lines {
         self.hoses.iter().enumerate().map(hose).sum::<f64>() + vessel
     }
 
-    /// Whether all pressures in use are positive.
-    pub fn are_filled(&self, states: &[f64; LINE_STATES]) -> bool {
-        self.integrated().all(|place| !is_pressure(place) || states[place] > 0.0)
+    /// Whether all pressures in use are positive, given the integrated states first.
+    pub fn are_filled(&self, own: &[f64]) -> bool {
+        self.integrated().zip(own).all(|(place, state)| !is_pressure(place) || *state > 0.0)
     }
 
     /// Magnitudes of the states: 1 bar, 1 g/s, and 1 g.
@@ -269,7 +286,7 @@ impl Restriction {
 
     /// Flow from the end of a hose into a chamber whose piston is a distance in m from the end of its stroke, as a quick exhaust
     /// valve leaves it.
-    fn from_line<S: Scalar>(&self, from: GasState<S>, to: GasState<S>, distance: S) -> Flow<S> {
+    fn line_flow<S: Scalar>(&self, from: GasState<S>, to: GasState<S>, distance: S) -> Flow<S> {
         let flow = self.flow(from, to, distance);
         let Some(exhaust) = &self.quick_exhaust else { return flow };
         Flow { mass: flow.mass * (-exhaust.opening(from.pressure, to.pressure) + 1.0), ..flow }
@@ -335,7 +352,7 @@ impl Line {
 
     /// Flow from the surroundings, past the line, into a chamber whose piston is a distance in m from the end of its stroke, if a
     /// quick exhaust valve is in its port.
-    pub fn from_outside<S: Scalar>(&self, states: &[S], chamber: GasState<S>, distance: S) -> Option<Flow<S>> {
+    pub fn outside_flow<S: Scalar>(&self, states: &[S], chamber: GasState<S>, distance: S) -> Option<Flow<S>> {
         let restriction = self.restriction.as_ref()?;
         let exhaust = restriction.quick_exhaust.as_ref()?;
         let outside = exhaust.surroundings.at(S::tuned(exhaust.ambient));
@@ -362,7 +379,7 @@ impl Line {
         let through = self.hose.through(pressures, columns, flow_rates);
         let end = air.at(pressures[VOLUMES - 1]);
         let out = match &self.restriction {
-            Some(restriction) => restriction.from_line(end, chamber, distance),
+            Some(restriction) => restriction.line_flow(end, chamber, distance),
             None => {
                 let mass = through[COLUMNS - 1];
                 let temperature = if mass.value() >= 0.0 { end.temperature } else { chamber.temperature };
@@ -576,16 +593,19 @@ mod tests {
         let both = Lines::of([hose(), hose()], Some(vessel), true, &Gas::AIR, air);
         let one = Lines::of([None, hose()], None, false, &Gas::AIR, air);
         for (lines, pressures) in [(both, 2 * COLUMNS + 1), (one, COLUMNS)] {
-            let start = lines.start([2e5, 3e5].map(Real::of), Real::of(7e5)).map(Real::value);
-            assert!(lines.are_filled(&start));
-            let notices = |place: &usize| {
-                let mut states = start;
-                states[*place] = -1e-3;
+            let start = lines.start([2e5, 3e5].map(Real::of), Real::of(7e5));
+            let own: Vec<Real> = lines.integrated().map(|place| start[place]).collect();
+            assert_eq!(lines.placed(&own), start);
+            let own: Vec<f64> = own.into_iter().map(Real::value).collect();
+            assert!(lines.are_filled(&own));
+            let notices = |number: &usize| {
+                let mut states = own.clone();
+                states[*number] = -1e-3;
                 !lines.are_filled(&states)
             };
-            let noticed: Vec<_> = (0..LINE_STATES).filter(notices).collect();
+            let noticed: Vec<_> = (0..own.len()).filter(notices).collect();
             assert_eq!(noticed.len(), pressures, "{noticed:?}");
-            assert!(noticed.iter().all(|place| start[*place] > 0.0), "{noticed:?}");
+            assert!(noticed.iter().all(|number| own[*number] > 0.0), "{noticed:?}");
         }
     }
 }

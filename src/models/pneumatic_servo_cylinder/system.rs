@@ -89,7 +89,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool, const U: usize> System<
         let force = self.friction_force(&contact, &x, &friction);
         let acceleration = self.acceleration(&contact, force, &motion);
         let quantities = self.measured(S::zero(), &x, &u, [acceleration, force], (&friction, &motion));
-        if EXTENDED && self.sensors.states() > 0 {
+        if EXTENDED && self.lags > 0 {
             x[Self::first_of_sensors(N)..][..sensors::COUNT].copy_from_slice(&quantities);
         }
         let ends = self.switched(&x, ends::Memory::default());
@@ -336,7 +336,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool, const U: usize> System<
             let imposed = IMPOSED.get(place).filter(|_| EXTENDED && self.is_led());
             return Err(imposed.unwrap_or(&REASONS[place]));
         }
-        if EXTENDED && self.lines.are_used() && !self.lines.are_filled(&self.of_lines(&Real::all(x)).map(Real::value)) {
+        if EXTENDED && self.lines.are_used() && !self.lines.are_filled(&x[self.first_of_lines(N)..]) {
             return Err("the pressure in a hose or in the vessel falls to 0");
         }
         Ok(())
@@ -368,7 +368,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool, const U: usize> System<
         if EXTENDED && self.lines.are_used() {
             self.put_lines(&Lines::scales(), &mut scales);
         }
-        if EXTENDED && self.sensors.states() > 0 {
+        if EXTENDED && self.lags > 0 {
             scales[Self::first_of_sensors(N)..][..sensors::COUNT].copy_from_slice(&Sensors::scales());
         }
         State::ALL.iter().for_each(|state| scales[state.at(N)] = state.scale(&self.p));
