@@ -11,8 +11,9 @@ use pneumatic_servo::variables::{Kind, Meaning, Variable};
 const STEP: f64 = 1e-3;
 /// Communication steps of a run.
 const STEPS: u32 = 100;
-/// Most solver steps within a communication step, rejected ones included. Thousands of runs of 2 s needed up to 280.
-const MOST: f64 = 1_500.0;
+/// Most solver steps within a communication step, rejected ones included. Thousands of runs of 2 s needed up to 280; one here needs
+/// 1849, in which a carriage without pressures comes to creep under StickSlipCreep.
+const MOST: f64 = 2_500.0;
 
 /// Real parameters within a factor of 3 of their defaults, and any choice. What is 0 by default stays off in every second set,
 /// and is else within the factor of its nominal value.
