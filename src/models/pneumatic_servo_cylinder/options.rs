@@ -164,9 +164,9 @@ impl Options {
         Gas::new(self.gas_constant, self.heat_ratio, self.viscosity)
     }
 
-    /// Whether the gas is another than air, or is differentiated by.
+    /// Whether pressures and flows differ from those in air, or are differentiated by the gas. Hoses and leaks have its viscosity.
     fn has_another_gas(&self) -> bool {
-        self.gas() != Gas::AIR
+        [self.gas_constant, self.heat_ratio] != [Gas::AIR.constant, Gas::AIR.heat_ratio]
     }
 
     /// Lengths and inner diameters in m of the hoses.
