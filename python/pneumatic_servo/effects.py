@@ -36,16 +36,22 @@ def _is_not_zero(*names: str) -> Fact:
     return lambda values: any(float(values.get(name, 1.0)) != 0.0 for name in names)
 
 
-ONE_COMMAND = ("ProportionalValve", "PressureRegulator")
-"""Actuators that valveVoltage commands."""
+COMMANDS = {
+    **dict.fromkeys(("ProportionalValve", "PressureRegulator", "OneVoltage"), "voltage"),
+    **dict.fromkeys(("TwoValves", "TwoRegulators", "EachValve"), "voltages"),
+    "EachCoil": "coils",
+}
+"""Kind of the inputs that command an actuator, or switching valves."""
 
 
-def _has_commands_of_chambers(values: Mapping[str, Value]) -> bool:
-    actuation = values.get("actuation", ONE_COMMAND[0])
-    if actuation == "SwitchingValves":
-        return values.get("switching.command") == "EachValve"
-    # An actuator of one's own gets all commands.
-    return actuation in ("TwoValves", "TwoRegulators")
+def _is_commanded_by(kind: str) -> Fact:
+    def fact(values: Mapping[str, Value]) -> bool:
+        actuation = values.get("actuation", "ProportionalValve")
+        by = values.get("switching.command", "OneVoltage") if actuation == "SwitchingValves" else actuation
+        # An actuator of one's own gets all commands.
+        return COMMANDS.get(str(by), kind) == kind
+
+    return fact
 
 
 def _need(names: str, counts: Fact, text: str) -> Need:
@@ -97,10 +103,13 @@ NEEDS = [
 
 DRIVEN = [
     _need(r"imposed(Position|Velocity)", _is("motion", "Imposed"), "motion = Imposed"),
-    _need(r"valveVoltage", lambda values: not _has_commands_of_chambers(values),
-          "one command for both chambers; here it is valveVoltageA and valveVoltageB"),
-    _need(r"valveVoltage[AB]", lambda values: _has_commands_of_chambers(values),
+    _need(r"valveVoltage", _is_commanded_by("voltage"),
+          "one voltage for both chambers; TwoValves, TwoRegulators and switching.command = EachValve take "
+          "valveVoltageA and valveVoltageB, EachCoil takes coil[1] to coil[4]"),
+    _need(r"valveVoltage[AB]", _is_commanded_by("voltages"),
           "actuation = TwoValves or TwoRegulators, or SwitchingValves with switching.command = EachValve"),
+    _need(r"coil\[[1-4]\]", _is_commanded_by("coils"),
+          "actuation = SwitchingValves and switching.command = EachCoil"),
     _need(r"supply\.(massFlow|consumed|consumedVolume)", lambda values: bool(values.get("consumption.enabled", False)),
           "consumption.enabled = true"),
     *(_need(rf"sensor\.end\[{end}\]", _is_not_zero(f"sensor.endDistance[{end}]"), f"sensor.endDistance[{end}] above 0")

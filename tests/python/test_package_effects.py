@@ -234,12 +234,18 @@ DRIVES: dict[str, tuple[Mapping[str, Any], Mapping[str, Any], str]] = {
         "motion = Imposed",
     ),
     "command of a chamber": ({}, {"valveVoltageA": 8.0}, "actuation = TwoValves or TwoRegulators, or SwitchingValves"),
-    "one command for two valves": ({"actuation": "TwoValves"}, {"valveVoltage": 8.0}, "it is valveVoltageA and"),
+    "one command for two valves": ({"actuation": "TwoValves"}, {"valveVoltage": 8.0}, "TwoRegulators and"),
     "one command for two coils": (
         {"actuation": "SwitchingValves", "switching.command": "EachValve"},
         {"valveVoltage": 8.0},
-        "here it is valveVoltageA and valveVoltageB",
+        "EachValve take valveVoltageA and valveVoltageB",
     ),
+    "a voltage for coils": (
+        {"actuation": "SwitchingValves", "switching.command": "EachCoil"},
+        {"valveVoltage": 8.0},
+        "EachCoil takes coil[1] to coil[4]",
+    ),
+    "coil beside a valve": ({}, {"coil[1]": True}, "actuation = SwitchingValves and switching.command = EachCoil"),
 }
 
 
