@@ -46,7 +46,7 @@ def test_page_has_its_table() -> None:
 @pytest.mark.parametrize("machine", ROWS)
 def test_machine_runs_and_is_another_one(machine: str) -> None:
     settings = ROWS[machine]
-    is_commanded = any(name.startswith("valveVoltage") for name in settings)
+    is_commanded = any(name.startswith(("valveVoltage", "coil")) for name in settings)
     inputs = {} if is_commanded else {"valveVoltage": {"hold": ([0.0, 0.2, 0.5], [7.0, 3.0, 3.0])}}
     model = ps.Model()
     with warnings.catch_warnings():
