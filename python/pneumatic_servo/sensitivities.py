@@ -169,7 +169,8 @@ class Transition:
         Names of x at the begin of the step and at its end: the continuous states that are integrated and, behind
         them, the numbers that the memory keeps, such as ``memory.friction.since``. They differ where the mode does.
     inputs, parameters, outputs : tuple of str
-        Names of u, which is added to the inputs over the whole step, of p and of y.
+        Names of u, which is added to the inputs over the whole step, of p and of y. Inputs that are true or false, as
+        ``coil[1]``, have no derivative: their columns are 0.
     lost : dict
         States, inputs and parameters without a derivative, and why; their columns are NaN. With ``at_rest="refuse"`` so
         it is with the voltage while it rests, unless ``valve.hysteresis`` is 0: more of it moves the spool, and less

@@ -264,9 +264,10 @@ class Simulation:
         --------
         >>> import pneumatic_servo as ps
         >>> simulation = ps.Model().start({"valveVoltage": 6.5})
-        >>> A, B, C, D = simulation.transition(1e-3, outputs=["position"])
-        >>> A.shape[1] == len(A), C.shape == (1, len(A)), D.shape
-        (True, True, (1, 7))
+        >>> step = simulation.transition(1e-3, outputs=["position"])
+        >>> A, B, C, D = step
+        >>> A.shape[1] == len(A), C.shape == (1, len(A)), D.shape == (1, len(step.inputs))
+        (True, True, True)
         """
         constant_voltage.check(at_rest)
         asked = _Asked(size, checks.names("parameters", parameters), checks.names("outputs", outputs))
@@ -327,8 +328,9 @@ def transitions(
     --------
     >>> import pneumatic_servo as ps
     >>> simulations = [ps.Model().start({"valveVoltage": voltage}) for voltage in (6.0, 7.0)]
-    >>> [step.D.shape for step in ps.transitions(simulations, 1e-3, outputs=["position"])]
-    [(1, 7), (1, 7)]
+    >>> steps = ps.transitions(simulations, 1e-3, outputs=["position"])
+    >>> [step.D.shape == (1, len(step.inputs)) for step in steps]
+    [True, True]
     """
     if not isinstance(simulations, Sequence):
         raise TypeError(f"simulations must be a list of simulations, not {shortened(simulations)}")

@@ -28,6 +28,7 @@ OPTIONS: dict[str, dict[str, float]] = {
     "sensors": {f"sensor.{of}.{what}": 1e-3 for of in ("position", "force") for what in ("lag", "noise", "sampleTime")},
     "regulator": {"actuation": 2},
     "switching valves": {"actuation": 3},
+    "coils": {"actuation": 3, "switching.command": 3, "coil[1]": 1, "coil[4]": 1},
     "polytropic": {"thermal.model": 3},
     "servo": {"thermal.model": 4, "balance.enabled": 0},
     "balance": {"balance.enabled": 1},
@@ -92,7 +93,7 @@ def packed(fmus: Path, tmp_path_factory: pytest.TempPathFactory) -> dict[tuple[s
 
 
 def setting(packed: Packed, name: str, value: float) -> str:
-    """Line for the host that sets a parameter."""
+    """Line for the host that sets a parameter, or an input for good."""
     variable = packed.variables[name]
     letter = {"Real": "r", "Float64": "r", "Boolean": "b"}.get(variable.type, "e" if packed.version == 3 else "i")
     if variable.type in ("Integer", "Int32"):
@@ -104,7 +105,7 @@ def settings(packed: Packed, parameters: dict[str, float], kind: str, steps: int
     """Parameters, inputs that swing, and outputs to look at."""
     given = [setting(packed, name, value) for name, value in parameters.items()]
     for number, variable in enumerate(packed.variables.values()):
-        if variable.causality == "input":
+        if variable.causality == "input" and variable.type != "Boolean":
             amplitude = swing * float(variable.nominal or 1.0) * (0.1 if variable.name == "supplyPressure" else 1.0)
             frequency = 2.0 + 0.3 * (number % 5)
             given.append(f"u:{variable.valueReference}:{float(variable.start)}:{amplitude}:{frequency}")
