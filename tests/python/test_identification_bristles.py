@@ -95,7 +95,7 @@ def test_form_of_the_law_that_is_held_is_noted_and_the_other_one_is_tried() -> N
 
 def test_form_of_the_law_that_short_segments_hide_is_named() -> None:
     """Segments of a smoothed force leave no more than noise under damping that decays, too; whole records do not."""
-    data = pushed(PUBLISHED, 5.0, 10.0, given)
+    data = pushed(PUBLISHED, 5.0, 3.0, given)
     free = [f"friction.lugre.{name}" for name in PUBLISHED if name != "vd"]
     known = {"mass": 5.0, "friction.lugre.vd": 0.01}
     found = ps.fit(data, experiment="force", law="LuGre", settings=known, fit=free, starts=0, progress=False)
