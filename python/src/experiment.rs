@@ -198,7 +198,7 @@ impl Experiment {
         self.inner.given().run(&values, &[])
     }
 
-    /// Settings of a run, besides its start.
+    /// Settings of a run without its start values.
     fn settings(&self, segment: &Segment, values: Values) -> Values {
         self.inner.settings(&segment.inner, &values)
     }

@@ -3,16 +3,13 @@ import assert from "node:assert/strict";
 import { readFile } from "node:fs/promises";
 import { after, before, test } from "node:test";
 import { download, launch, open } from "./browser.mjs";
-import { drop, fitted } from "./fits.mjs";
+import { drop, fitted, LINK, RIG } from "./fits.mjs";
 import { valuesOf } from "./python.mjs";
 
 let browser;
 before(async () => (browser = await launch()));
 after(() => browser.close());
 
-const CYLINDER = "PneumaticServoCylinder";
-const RIG = new URL("../../examples/rig.csv", import.meta.url);
-const FREE = ["Fs", "Fc", "vs", "sigma2"].map((name) => `friction.stribeck.${name}`).concat("valve.deadZone", "valve.C");
 const FAST = 1.01;
 
 /** The clock in the sentence that names it. */
@@ -22,7 +19,7 @@ test("a clock that runs 1 % fast is named with its size beside the traffic light
   const [head, ...rows] = (await readFile(RIG, "utf8")).trimEnd().split("\n");
   const fast = rows.map((row) => row.replace(/^[^,]+/, (time) => (FAST * Number(time)).toFixed(6)));
   const text = `${[head, ...fast].join("\n")}\n`;
-  const { page, close } = await open(browser, `#view=fit&experiment=rig&free=${FREE.join("+")}&${CYLINDER}.friction.law=7&${CYLINDER}.supplyPressure=600000`);
+  const { page, close } = await open(browser, LINK);
   await drop(page, "rig.csv", text);
   await page.waitForSelector("table.columns");
   await fitted(page);

@@ -3,15 +3,12 @@ import assert from "node:assert/strict";
 import { readFile } from "node:fs/promises";
 import { after, before, test } from "node:test";
 import { download, launch, open } from "./browser.mjs";
-import { drop, fitted } from "./fits.mjs";
+import { CYLINDER, drop, fitted, RIG } from "./fits.mjs";
 import { valuesOf } from "./python.mjs";
 
 let browser;
 before(async () => (browser = await launch()));
 after(() => browser.close());
-
-const CYLINDER = "PneumaticServoCylinder";
-const RIG = new URL("../../examples/rig.csv", import.meta.url);
 
 /** Both are one crate, on data that one reads as the other does: values are apart by no more than this share of half an interval. */
 const APART = 1e-3;

@@ -5,17 +5,11 @@ import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
 import { download, launch, open } from "./browser.mjs";
-import { button, drop, fitted, PATIENCE } from "./fits.mjs";
+import { button, CYLINDER, drop, fitted, FREE, LINK, PATIENCE, RIG } from "./fits.mjs";
 
 let browser;
 before(async () => (browser = await launch()));
 after(() => browser.close());
-
-const CYLINDER = "PneumaticServoCylinder";
-const RIG = new URL("../../examples/rig.csv", import.meta.url);
-/** Estimated parameters of the rig in the documentation. */
-const FREE = ["Fs", "Fc", "vs", "sigma2"].map((name) => `friction.stribeck.${name}`).concat("valve.deadZone", "valve.C");
-const LINK = `#view=fit&experiment=rig&free=${FREE.join("+")}&${CYLINDER}.friction.law=7&${CYLINDER}.supplyPressure=600000`;
 
 test("the rig is dropped and fitted: what the rig has is within the intervals, and the FMU gets the values", async () => {
   const { page, close } = await open(browser, LINK);

@@ -4,6 +4,13 @@ import assert from "node:assert/strict";
 /** A loaded machine with a browser on two cores needs its time. */
 export const PATIENCE = { timeout: 240_000 };
 
+export const CYLINDER = "PneumaticServoCylinder";
+export const RIG = new URL("../../examples/rig.csv", import.meta.url);
+/** Estimated parameters of the rig in the documentation. */
+export const FREE = ["Fs", "Fc", "vs", "sigma2"].map((name) => `friction.stribeck.${name}`).concat("valve.deadZone", "valve.C");
+/** The page on which they are to be fitted. */
+export const LINK = `#view=fit&experiment=rig&free=${FREE.join("+")}&${CYLINDER}.friction.law=7&${CYLINDER}.supplyPressure=600000`;
+
 /** Drops a text as a file on the page. */
 export async function drop(page, name, text, on = ".drop") {
   const data = await page.evaluateHandle(

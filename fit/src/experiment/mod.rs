@@ -185,7 +185,7 @@ pub trait Experiment: Send + Sync {
     /// Inputs at the communication points.
     fn inputs(&self, segment: &MeasuredSegment, values: &Values) -> Vec<(&'static str, Vec<f64>)>;
 
-    /// Settings of a run, besides its start.
+    /// Settings of a run without its start values.
     fn settings(&self, segment: &MeasuredSegment, values: &Values) -> Values;
 
     /// Compared signals at the communication points, of the recorded variables.

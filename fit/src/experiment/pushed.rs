@@ -12,8 +12,8 @@ const FACTOR: &str = "friction.direction.factor";
 const RESTING: f64 = 8.0;
 /// Length in s of segments, unless another is given.
 ///
-/// The noise of a force adds up in the position; noise of pressures to a tenth of a millimetre in half a second at 0.5 kPa. Short
-/// segments forget it, and are so many that their differences tell how far it moves the parameters.
+/// The noise of a force adds up in the position; noise of pressures to a tenth of a millimetre in half a second at 0.5 kPa. Each
+/// short segment begins anew, and the scatter among the many segments tells how far noise moves the parameters.
 pub const LENGTH: f64 = 0.15;
 
 /// An experiment whose mass is moved by forces that are measured.
