@@ -119,17 +119,16 @@ impl Parameter {
         Self::new(name, unit, start, bounds, 0.0)
     }
 
-    /// A property of a test bench in an SI unit; nothing for another name. The effective area of a seal has a start from the data
-    /// alone.
-    pub fn of_bench(name: &str, unit: &str) -> Option<Self> {
+    /// A property of a test bench; nothing for another name. The effective area of a seal has a start from the data alone.
+    pub fn of_bench(name: &str) -> Option<Self> {
         const STEEPEST: [f64; 2] = [-std::f64::consts::FRAC_PI_2, std::f64::consts::FRAC_PI_2];
         const NOT_NEGATIVE: [f64; 2] = [0.0, f64::INFINITY];
-        let of = |start, legal: [f64; 2], scale| Self { legal, ..Self::new(name, unit, start, legal, scale) };
+        let of = |unit, start, legal: [f64; 2], scale| Self { legal, ..Self::new(name, unit, start, legal, scale) };
         match name {
-            "area" => Some(of(f64::NAN, ANY, 1e-4)),
-            "incline" => Some(of(0.0, STEEPEST, 0.1)),
-            "spring" => Some(of(100.0, NOT_NEGATIVE, 100.0)),
-            "springRest" => Some(of(0.0, ANY, 0.01)),
+            "area" => Some(of("m2", f64::NAN, ANY, 1e-4)),
+            "incline" => Some(of("rad", 0.0, STEEPEST, 0.1)),
+            "spring" => Some(of("N/m", 100.0, NOT_NEGATIVE, 100.0)),
+            "springRest" => Some(of("m", 0.0, ANY, 0.01)),
             _ => None,
         }
     }

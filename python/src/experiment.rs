@@ -341,10 +341,10 @@ pub fn sensor_parameter(kind: &str, signal: &str, unit: &str) -> Option<Defined>
     Parameter::of_sensor(kind, signal, unit).map(defined)
 }
 
-/// A property of a test bench in an SI unit as an estimated parameter; nothing for another name.
+/// A property of a test bench as an estimated parameter; nothing for another name.
 #[pyfunction]
-pub fn bench_parameter(name: &str, unit: &str) -> Option<Defined> {
-    Parameter::of_bench(name, unit).map(defined)
+pub fn bench_parameter(name: &str) -> Option<Defined> {
+    Parameter::of_bench(name).map(defined)
 }
 
 /// Parameters of a law that a fit usually estimates.

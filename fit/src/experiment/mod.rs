@@ -321,8 +321,7 @@ pub fn parameter(experiment: &dyn Experiment, name: &str) -> Result<Parameter, R
     }
     let given = experiment.given();
     if experiment.of_bench().contains(&name) {
-        let unit = BENCH_UNITS.iter().find(|(own, _)| *own == name).map_or("1", |(_, unit)| *unit);
-        return Ok(Parameter::of_bench(name, unit).expect("a property of a bench"));
+        return Ok(Parameter::of_bench(name).expect("a property of a bench"));
     }
     // The cylinder has them, too; the bench gets the load level that they make.
     let is_of_load = OF_LOAD.contains(&name) && given.table.table().find(name).is_none();
@@ -333,9 +332,6 @@ pub fn parameter(experiment: &dyn Experiment, name: &str) -> Result<Parameter, R
     Parameter::of_variable(entry.variable)
         .ok_or_else(|| Refused(format!("{name} is no real parameter, so that it cannot be estimated")))
 }
-
-/// SI units of the properties of benches.
-const BENCH_UNITS: [(&str, &str); 4] = [("area", "m2"), ("incline", "rad"), ("spring", "N/m"), ("springRest", "m")];
 
 /// A model of the library.
 pub(crate) fn model(name: &str) -> &'static Model {

@@ -161,11 +161,11 @@ def free_of(name: str, model: Model, compared: Sequence[str], beside: Mapping[st
             raise ValueError(f"{where}: {signal} is not {place} here, only {', '.join(there)}")
         found = _native.sensor_parameter(kind, signal, beside[name])
     elif name in beside:
-        found = _native.bench_parameter(name, beside[name])
+        found = _native.bench_parameter(name)
     elif name == "area":
         if "force" not in compared:
             raise ValueError(f"{where}: area needs the columns force and pressure, in the experiment motion")
-        found = _native.bench_parameter(name, "m2")
+        found = _native.bench_parameter(name)
     elif name in OF_LOAD and name not in model.variables:
         found = _native.model_parameter(Model()._native, name)
     else:
