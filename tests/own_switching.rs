@@ -142,7 +142,7 @@ fn saved_state_between_edges_goes_on_bit_for_bit() {
     assert_eq!(names.map(|name| running.get(name).to_bits()), first);
 }
 
-/// Moves a host with a solver of its own and the solver inside on for 100 ms, in which position, pressure in chamber A and another
+/// Moves a host with a solver of its own and a co-simulation on for 100 ms, in which position, pressure in chamber A and another
 /// variable, beside its tolerance, stay alike; returns the latter.
 fn alike_for_100_ms(setup: &Setup, host: &mut Host, another: (&str, f64)) -> Plant {
     let mut inside = setup.start(0.0).unwrap();
