@@ -110,7 +110,7 @@ impl Runs<'_> {
         self.segments.iter().zip(&begins).map(of_segment).collect()
     }
 
-    /// Runs a segment. Inputs are held from one communication point to the next.
+    /// Runs a segment.
     fn run(&self, segment: &MeasuredSegment, values: &Values, begin: &Values, tolerance: f64) -> Result<Run, Refused> {
         let inputs = self.experiment.inputs(segment, values);
         let model = self.experiment.given().model;
@@ -135,7 +135,7 @@ impl Runs<'_> {
             _ => unreachable!("{name} is an input"),
         });
         let places: Vec<usize> = places.collect();
-        let (points, step) = (segment.record.grid.len(), segment.record.step);
+        let (points, step, has_lines) = (segment.record.grid.len(), segment.record.step, self.experiment.has_lines());
         let mut found: Vec<Vec<f64>> = outputs.iter().map(|_| Vec::with_capacity(points)).collect();
         for point in 0..points {
             if point > 0 {
@@ -145,6 +145,11 @@ impl Runs<'_> {
             found.iter_mut().zip(&read).for_each(|(course, place)| course.push(plant.value(*place)));
             for ((_, course), place) in inputs.iter().zip(&places).filter(|_| point > 0) {
                 plant.set_input(*place, course[point]).map_err(|error| Refused(error.to_string()))?;
+            }
+            if has_lines && point + 1 < points {
+                for ((_, course), place) in inputs.iter().zip(&places) {
+                    plant.slope_input(*place, (course[point + 1] - course[point]) / (self.clock * step));
+                }
             }
             if point % LOOK == LOOK - 1 {
                 if steps(&plant) > self.most {

@@ -84,6 +84,7 @@ def simulate(
     outputs: Sequence[str],
     sensitivities: Sequence[str],
     progress: _Progress,
+    lines: bool = False,
 ) -> tuple[
     _Array,
     int,
@@ -103,6 +104,7 @@ def simulate_many(
     workers: int,
     progress: _Progress,
     most: int | None = None,
+    lines: bool = False,
 ) -> tuple[_Array, list[tuple[int, str | None]], BaseException | None, list[tuple[int, _Noticed]]]: ...
 def gradient(
     model: Model,
@@ -146,7 +148,7 @@ class Experiment:
         law: int,
         known: dict[str, float],
         signals: Sequence[str],
-        options: tuple[float, float, float | None, float | None, bool, bool],
+        options: tuple[float, float, float | None, float | None, str, bool],
     ) -> None: ...
     def balance(self) -> Experiment: ...
     @property
@@ -165,6 +167,8 @@ class Experiment:
     def of_bench(self) -> list[str]: ...
     @property
     def is_pushed(self) -> bool: ...
+    @property
+    def has_lines(self) -> bool: ...
     def resting(self, record: _Record) -> _Flags: ...
     def length(self, step: float) -> float | None: ...
     def segments(

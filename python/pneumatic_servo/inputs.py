@@ -77,7 +77,7 @@ def replayed(variables: Variables, run: Run) -> dict[str, Input]:
     names = [name for name in run.variables if variables.get(name) is not None and variables[name].role == "input"]
     if not names:
         raise ValueError(f"the run has no input among what it recorded: {', '.join(run.variables)}")
-    return {name: (run.time, held_from(run[name])) for name in names}
+    return {name: (run.time, run.given(name)) for name in names}
 
 
 def held_from(recorded: Array) -> Array:

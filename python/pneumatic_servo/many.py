@@ -43,6 +43,8 @@ class Work:
         Recorded outputs.
     most : int or None
         Solver steps, rejected ones included, after which a run is given up.
+    lines : bool
+        Whether inputs run on straight lines from each communication point to the next; otherwise they are held.
     """
 
     model: str
@@ -52,6 +54,7 @@ class Work:
     grid: tuple[float, float, int, int]
     outputs: Sequence[str]
     most: int | None = None
+    lines: bool = False
 
     def part(self, numbers: Sequence[int]) -> Work:
         """Return the runs of some numbers."""
@@ -108,6 +111,7 @@ class Work:
             threads,
             progress,
             self.most,
+            self.lines,
         )
         rows = np.array([count for count, _ in reached], dtype=np.int64)
         failures = {run: failure for run, (_, failure) in enumerate(reached) if failure is not None}

@@ -219,7 +219,7 @@ class Model(ModelDescription):
         """
         grid = self._grid(start, stop, step, every)
         settings = self._settings(parameters)
-        inputs = inputs_of("inputs", self.variables, inputs)
+        given_inputs, inputs = inputs, inputs_of("inputs", self.variables, inputs)
         if isinstance(parameters, HasSettings):
             # A sheet, a fit or a run has start values of inputs, which those over time replace.
             settings = {name: value for name, value in settings.items() if name not in inputs}
@@ -239,6 +239,7 @@ class Model(ModelDescription):
         if period is not None or delay != 0.0:
             raise ValueError("period and delay are for a controller, and none is given")
         driven = [(name, course(self.inputs, name, given)) for name, given in inputs.items()]
+        has_lines = isinstance(given_inputs, Run) and given_inputs.has_lines
         recorded = self._recorded(outputs, inputs)
         by = names("sensitivities", sensitivities)
         given, settings = settings, self._fitted(settings)
@@ -247,11 +248,11 @@ class Model(ModelDescription):
         with _shown(progress, f"{self.name}", grid.count, " steps") as tell, self._with_units():
             found, rows, failure, ended, notices, extremes, told = _native.simulate(
                 self._native, list(settings.items()), driven, grid.numbers, list(recorded),
-                [*by, *followed], tell,
+                [*by, *followed], tell, has_lines,
             )  # fmt: skip
         slopes = None if told is None else Sensitivities.of(by, followed, recorded, grid.times()[:rows], told)
-        replay = Replay(self._native, settings, driven, grid, list(self.inputs), followers)
-        run = Run(grid.times()[:rows], found[:, :rows], recorded, settings, slopes, replay)
+        replay = None if has_lines else Replay(self._native, settings, driven, grid, list(self.inputs), followers)
+        run = Run(grid.times()[:rows], found[:, :rows], recorded, settings, slopes, replay, has_lines=has_lines)
         if isinstance(ended, Refused):
             raise self._in_unit(ended) from None
         if ended is not None:
@@ -507,10 +508,11 @@ class Model(ModelDescription):
         outputs: Sequence[str],
         workers: int | None = None,
         most: int | None = None,
+        lines: bool = False,
     ) -> Runs:
         """Make runs of values that are known to be in SI units, without warnings and without defaults that give way."""
         grid = self._grid(0.0, stop, step, 1)
-        work = Work(self.name, common, runs, inputs, grid.numbers, list(outputs), most)
+        work = Work(self.name, common, runs, inputs, grid.numbers, list(outputs), most, lines)
         done = work.make(available_cores() if workers is None else workers)
         recorded = Variables(self.variables[name] for name in outputs)
         return self._runs_of(work, done, grid, recorded, keep_failures=True)

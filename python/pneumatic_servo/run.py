@@ -62,7 +62,8 @@ class Run:
     """A run: ``run.time`` in s and, by name, the recorded variables in SI units.
 
     The row at t shows the inputs that were in force up to t, so that a recorded input lags the given one by a row.
-    Given to `simulate` or `fit` a run has its inputs as they were given, and so have its tables.
+    Given to `simulate` or `fit` a run has its inputs as they were given, and so have its tables. Inputs are held over
+    a step but in runs of a fit with ``has_lines``: there they run on straight lines from row to row.
 
     Attributes
     ----------
@@ -74,6 +75,8 @@ class Run:
         Recorded variables.
     sensitivities : Sensitivities or None
         Derivatives of the recorded variables, if they were asked for.
+    has_lines : bool
+        Whether its inputs ran on straight lines from row to row.
     """
 
     def __init__(
@@ -84,9 +87,12 @@ class Run:
         settings: Mapping[str, object],
         sensitivities: Sensitivities | None = None,
         replay: Replay | None = None,
+        *,
+        has_lines: bool = False,
     ) -> None:
         self.time = time
         self._replay = replay
+        self.has_lines = has_lines
         self.sensitivities = sensitivities
         self.settings = dict(settings)
         self.variables = variables
@@ -119,7 +125,9 @@ class Run:
         chosen = checks.names("names", names)
         places = [_place(self.variables, name) for name in chosen]
         variables = Variables(self.variables[name] for name in chosen)
-        return Run(self.time, self._values[places], variables, self.settings, replay=self._replay)
+        return Run(
+            self.time, self._values[places], variables, self.settings, replay=self._replay, has_lines=self.has_lines
+        )
 
     def __iter__(self) -> Iterator[str]:
         return iter(self.variables)
@@ -185,11 +193,14 @@ class Run:
         )
 
     def _given(self) -> list[Array]:
-        """Return the columns of all variables, inputs as they were given: each holds from its row on."""
-        return [
-            np.append(column[1:], column[-1:]) if variable.role == "input" else column
-            for variable, column in zip(self.variables.values(), self._values, strict=True)
-        ]
+        """Return the columns of all variables, inputs as they were given."""
+        return [self.given(name) for name in self.variables]
+
+    def given(self, name: str) -> Array:
+        """Return a variable, of shape (rows,); of an input that was held, the values that hold from each row on."""
+        column = self[name]
+        is_held = self.variables[name].role == "input" and not self.has_lines
+        return np.append(column[1:], column[-1:]) if is_held else column
 
     def to_csv(self, file: str | Path) -> None:
         """Write a table with a column per variable; the file appears as a whole or not at all.

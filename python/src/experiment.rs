@@ -1,6 +1,7 @@
 //! Experiments of the crate `fit`, and what it tells of their parameters.
 
 use std::collections::BTreeMap;
+use std::str::FromStr;
 use std::sync::Arc;
 
 use numpy::ndarray::Array1;
@@ -8,7 +9,7 @@ use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
 use pneumatic_servo::model;
 use pneumatic_servo_fit::candidates::{self, Named};
 use pneumatic_servo_fit::experiment::{
-    self, Balance, Begin, Forces, Given, KINDS, Kind, MeasuredSegment, OfRecord, Options, Whole, of_kind,
+    self, Balance, Begin, Forces, Given, Inputs, KINDS, Kind, MeasuredSegment, OfRecord, Options, Whole, of_kind,
     pressure_force,
 };
 use pneumatic_servo_fit::guess::{self, Law};
@@ -30,8 +31,8 @@ type Courses<'py> = BTreeMap<String, Read<'py>>;
 type Made<'py> = BTreeMap<String, Array<'py>>;
 /// Times in s, time of the table that is 0, and signals.
 type Measured<'py> = (Read<'py>, f64, Courses<'py>);
-/// Load level 1 in N, width in s, play in m, length in s, whether inputs are on lines, and whether forces are smoothed.
-type Chosen = (f64, f64, Option<f64>, Option<f64>, bool, bool);
+/// Load level 1 in N, width in s, play in m, length in s, course of inputs, and whether forces are smoothed.
+type Chosen = (f64, f64, Option<f64>, Option<f64>, String, bool);
 /// Name, SI unit, start, lower and upper bound, scale, and the smallest and largest value that the model accepts.
 type Defined = (String, String, f64, f64, f64, f64, f64, f64);
 /// First sample, signals made ready, compared samples, validation data, start values, and names of the estimated ones.
@@ -75,7 +76,8 @@ fn model_of(name: &str) -> PyResult<&'static model::Model> {
 impl Experiment {
     #[new]
     fn new(name: &str, law: i32, known: Values, signals: Vec<String>, options: Chosen) -> PyResult<Self> {
-        let (rated, width, play, length, has_lines, smooths) = options;
+        let (rated, width, play, length, inputs, smooths) = options;
+        let inputs = Inputs::from_str(&inputs).map_err(|why| refused(why.0))?;
         let kind = Kind::of_name(name).map_err(|why| refused(why.0))?;
         let given = Given {
             kind,
@@ -85,7 +87,7 @@ impl Experiment {
             law,
             known,
             signals: signals.into_iter().collect(),
-            options: Options { rated, width, play, length, has_lines, smooths },
+            options: Options { rated, width, play, length, inputs, smooths },
         };
         Ok(Self { inner: of_kind(given).map_err(|why| refused(why.0))? })
     }
@@ -118,6 +120,12 @@ impl Experiment {
     #[getter]
     fn machine(&self) -> Vec<&'static str> {
         self.inner.machine().to_vec()
+    }
+
+    /// Whether the inputs run on straight lines between the communication points; otherwise they are held.
+    #[getter]
+    fn has_lines(&self) -> bool {
+        self.inner.has_lines()
     }
 
     /// Variables of the model that are recorded.

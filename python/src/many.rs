@@ -127,9 +127,9 @@ impl Plan<'_> {
 type Outcome<'py> = (Bound<'py, PyArray3<f64>>, Vec<(usize, Option<String>)>, Option<PyErr>, Vec<(usize, Noticed)>);
 
 /// Runs a model as often as there are lists in `runs`, whose settings come on top of `settings`. A run of more than `most`
-/// solver steps is given up.
+/// solver steps is given up. With `lines` inputs run on straight lines from each communication point to the next.
 #[pyfunction]
-#[pyo3(signature = (model, settings, runs, inputs, grid, outputs, workers, progress, most=None))]
+#[pyo3(signature = (model, settings, runs, inputs, grid, outputs, workers, progress, most=None, lines=false))]
 #[expect(clippy::too_many_arguments, reason = "the Python package calls it, and names them")]
 pub fn simulate_many<'py>(
     py: Python<'py>,
@@ -142,8 +142,9 @@ pub fn simulate_many<'py>(
     workers: usize,
     progress: Option<Py<PyAny>>,
     most: Option<u64>,
+    lines: bool,
 ) -> PyResult<Outcome<'py>> {
-    let grid = Grid::from(grid);
+    let grid = Grid { has_lines: lines, ..Grid::from(grid) };
     let setup = setup(model.model, &settings)?;
     let outputs = places(setup.table(), &outputs)?;
     let inputs = inputs.iter().map(|(name, courses)| Ok((name.clone(), courses.signals()?)));

@@ -20,12 +20,14 @@ pub struct Grid {
     pub count: usize,
     /// Steps between two recorded rows; the start and the end are always recorded.
     pub every: usize,
+    /// Whether inputs run on straight lines from each point to the next; otherwise they are held.
+    pub has_lines: bool,
 }
 
 /// Start and step in s, number of steps, and steps per row: as Python hands it over.
 impl From<(f64, f64, usize, usize)> for Grid {
     fn from((start, step, count, every): (f64, f64, usize, usize)) -> Self {
-        Self { start, step, count, every }
+        Self { start, step, count, every, has_lines: false }
     }
 }
 
@@ -73,6 +75,13 @@ impl<'a> Driven<'a> {
         let value = self.reader.at(time)?;
         self.variable.check(value).map_err(|error| refused_at(error, time))?;
         Ok(value)
+    }
+
+    /// Sets a plant's input to its value at a time in s; tells whether it is smaller or larger than all before.
+    fn apply(&mut self, plant: &mut Plant, time: f64) -> PyResult<bool> {
+        let value = self.at(time)?;
+        plant.set_input(self.place, value).map_err(|error| refused_at(error, time))?;
+        Ok(self.is_extreme(value))
     }
 
     /// Whether a value is smaller or larger than all before.
@@ -205,22 +214,28 @@ fn go(
         if !look(index, plant)? {
             return Ok(());
         }
-        let point = grid.point(index);
-        if index > 0 {
-            let mut is_news = false;
-            for input in &mut *driven {
-                let value = input.at(point)?;
-                is_news |= input.is_extreme(value);
-                plant.set_input(input.place, value).map_err(|error| refused_at(error, point))?;
+        let (point, next) = (grid.point(index), grid.point(index + 1));
+        let mut is_news = false;
+        for input in &mut *driven {
+            if grid.has_lines {
+                let slope = (input.at(next)? - plant.value(Place::Input(input.place))) / grid.step;
+                plant.slope_input(input.place, slope);
+            } else if index > 0 {
+                is_news |= input.apply(plant, point)?;
             }
-            // What is noticed of an input depends on how small or large it is.
-            if is_news {
-                reached.notice(plant);
-            }
+        }
+        // What is noticed of an input depends on how small or large it is.
+        if is_news {
+            reached.notice(plant);
         }
         if let Err(error) = plant.advance_to(point + grid.step) {
             reached.failure = Some(error.to_string());
             return Ok(());
+        }
+        if grid.has_lines {
+            for input in &mut *driven {
+                input.apply(plant, next)?;
+            }
         }
         if (index + 1) % grid.every == 0 || index + 1 == grid.count {
             rows.read(plant, grid.rows(), reached.rows);

@@ -40,9 +40,10 @@ type Outcome<'py> =
     (Bound<'py, PyArray2<f64>>, usize, Option<String>, Option<PyErr>, Vec<Noticed>, Vec<(f64, f64)>, Option<Told<'py>>);
 
 /// Runs a model once. `grid` is start and step in s, number of steps, and steps per row; `sensitivities` names what the outputs
-/// are differentiated by.
+/// are differentiated by; with `lines` inputs run on straight lines from each communication point to the next.
 #[expect(clippy::too_many_arguments, reason = "Python's keywords name them")]
 #[pyfunction]
+#[pyo3(signature = (model, settings, inputs, grid, outputs, sensitivities, progress, lines=false))]
 pub fn simulate<'py>(
     py: Python<'py>,
     model: &Model,
@@ -52,8 +53,9 @@ pub fn simulate<'py>(
     outputs: Vec<String>,
     sensitivities: Vec<String>,
     progress: Option<Py<PyAny>>,
+    lines: bool,
 ) -> PyResult<Outcome<'py>> {
-    let grid = Grid::from(grid);
+    let grid = Grid { has_lines: lines, ..Grid::from(grid) };
     let setup = setup(model.model, &settings)?;
     let signals = inputs.iter().map(|(name, course)| Ok((name, course.signal()?)));
     let (mut driven, places) = (Driven::all(setup.table(), signals)?, places(setup.table(), &outputs)?);

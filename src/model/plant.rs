@@ -195,9 +195,17 @@ impl Plant {
         if slope != 0.0 && entry.variable.kind == Kind::Boolean {
             return refuse("it is true or false, and has no slope");
         }
+        self.slope_input(place, slope);
+        Ok(())
+    }
+
+    /// Lets the input in a place vary with a slope in 1/s during the next step; one that is true or false keeps its value.
+    ///
+    /// # Panics
+    /// If there is no such place.
+    pub fn slope_input(&mut self, place: usize, slope: f64) {
         self.slopes[place] = slope;
         self.inputs_changed();
-        Ok(())
     }
 
     fn inputs_changed(&mut self) {

@@ -109,7 +109,7 @@ ROWS = [f"{0.01 * k:.2f},{k * k % 97},1.0" for k in range(100)]
         ([HEADER, *ROWS], {"--law": "Coulomb,Stribeck,Coulomb"}, ["Coulomb is given twice"]),
         ([HEADER, *ROWS], {"--law": "Coulomb,"}, ["--laws Coulomb,", "empty"]),
         ([HEADER, *ROWS], {"--validation": "1.5"}, ["1.5"]),
-        ([HEADER, *ROWS], {"--inputs": "curves"}, ["--inputs curves", "held or lines"]),
+        ([HEADER, *ROWS], {"--inputs": "curves"}, ["--inputs curves", "held, lines, smooth"]),
         ([HEADER, *ROWS], {"--starts": "-3"}, ["--starts -3"]),
         ([HEADER, *ROWS], {"--seed": "-3"}, ["--seed -3"]),
         ([HEADER, *ROWS], {"--segment": "0"}, ["--segment 0.0"]),

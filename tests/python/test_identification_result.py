@@ -172,6 +172,7 @@ def test_what_lies_beyond_the_data_is_said_of_signals_that_are_known() -> None:
         ("rig", "Stribeck", "friction.stribeck.Fs=12.4,valve.C=4.4e-9", "held"),
         ("rig", "Stribeck", "friction.stribeck.Fs=12.4,valve.C=4.4e-9", "lines"),
         ("mechanical", "Stribeck", "friction.stribeck.Fs=12.4,friction.stribeck.Fc=7.6", "held"),
+        ("rig", "Stribeck", "friction.stribeck.Fs=12.4,valve.C=4.4e-9", "smooth"),
         ("pneumatic", "None", "valve.deadZone=0.065,valve.C=4.4e-9", "held"),
     ],
 )

@@ -137,7 +137,7 @@ impl Experiment for Balance {
     /// Friction is taken in the middle of each step: at its ends the velocity leaps, and damping with it.
     fn predict(&self, segment: &MeasuredSegment, outputs: Vec<Vec<f64>>, values: &Values) -> Vec<Vec<f64>> {
         let applied = self.inner.applied(&steps(segment), values);
-        let applied = if self.given.options.has_lines { middle(&applied) } else { applied };
+        let applied = if self.inner.has_lines() { middle(&applied) } else { applied };
         let step = 2.0 * segment.record.step;
         let position = self.given.truth("position", segment.driven["position"].clone(), values);
         let size = samples(step, self.given.options.width);

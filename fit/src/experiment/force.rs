@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::cylinder::{GRAVITY, middle, on_grids};
+use super::cylinder::{GRAVITY, on_grids};
 use super::pushed::{LENGTH, Pushed, directed, direction};
 use super::{Begin, Experiment, Forces, Given, MeasuredSegment, measured};
 use crate::arrays::quantile;
@@ -117,9 +117,12 @@ impl Experiment for Force {
         }
     }
 
+    fn has_lines(&self) -> bool {
+        self.given.options.inputs.have_lines()
+    }
+
     fn inputs(&self, segment: &MeasuredSegment, values: &Values) -> Vec<(&'static str, Vec<f64>)> {
-        let applied = self.applied(segment, values);
-        let applied = if self.given.options.has_lines { middle(&applied) } else { applied };
+        let applied = self.given.options.inputs.ends(self.applied(segment, values));
         vec![("appliedForce", applied), ("friction.level", self.level(segment, values))]
     }
 

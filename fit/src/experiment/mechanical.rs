@@ -1,8 +1,8 @@
 //! A carriage with measured pressures: the mechanical half alone, without valve and gas.
 
-use super::cylinder::{self, PRESSURES, middle, on_grids};
+use super::cylinder::{self, PRESSURES, on_grids};
 use super::pushed::{LENGTH, Pushed, directed, direction};
-use super::{Begin, Experiment, Forces, Given, MeasuredSegment, measured};
+use super::{Begin, Experiment, Forces, Given, Inputs, MeasuredSegment, measured};
 use crate::numerals::significant;
 use crate::parameter::Values;
 use crate::record::{Record, Signals};
@@ -61,8 +61,13 @@ impl Experiment for Mechanical {
         measured::begin(record, self.given.options.width)
     }
 
+    /// Pressures of a gas are never held.
+    fn has_lines(&self) -> bool {
+        true
+    }
+
     fn inputs(&self, segment: &MeasuredSegment, values: &Values) -> Vec<(&'static str, Vec<f64>)> {
-        let applied = middle(&self.applied(segment, values));
+        let applied = Inputs::Smooth.ends(self.applied(segment, values));
         vec![("appliedForce", applied), ("friction.level", self.level(segment, values))]
     }
 

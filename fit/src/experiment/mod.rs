@@ -43,15 +43,57 @@ pub struct Options {
     pub play: Option<f64>,
     /// Length in s of the segments that a record is cut into; by default the length that the experiment has, if any.
     pub length: Option<f64>,
-    /// Whether measured inputs lie on straight lines between samples; otherwise they are held.
-    pub has_lines: bool,
+    /// Course of measured inputs between samples.
+    pub inputs: Inputs,
     /// Whether measured forces and pressures that move a mass are smoothed over the width.
     pub smooths: bool,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Self { rated: 1.0, width: 0.04, play: None, length: None, has_lines: false, smooths: true }
+        Self { rated: 1.0, width: 0.04, play: None, length: None, inputs: Inputs::Held, smooths: true }
+    }
+}
+
+/// Course of measured inputs between samples.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Inputs {
+    /// Each is held until the next sample.
+    Held,
+    /// They run on straight lines.
+    Lines,
+    /// They run on a smooth curve.
+    Smooth,
+}
+
+impl std::str::FromStr for Inputs {
+    type Err = Refused;
+
+    fn from_str(name: &str) -> Result<Self, Refused> {
+        match name {
+            "held" => Ok(Self::Held),
+            "lines" => Ok(Self::Lines),
+            "smooth" => Ok(Self::Smooth),
+            _ => Err(Refused(format!("inputs = {name} is refused: it must be held, lines or smooth"))),
+        }
+    }
+}
+
+impl Inputs {
+    /// Whether they change within a step.
+    pub fn have_lines(self) -> bool {
+        self != Self::Held
+    }
+
+    /// Ends of the straight lines that take the place of a course, of its samples.
+    ///
+    /// Lines in place of a smooth curve have the mean over each step that the cubic through the four samples around has.
+    pub fn ends(self, mut samples: Vec<f64>) -> Vec<f64> {
+        if self == Self::Smooth {
+            let bend: Vec<f64> = samples.windows(3).map(|own| (own[0] - 2.0 * own[1] + own[2]) / 12.0).collect();
+            samples.iter_mut().skip(1).zip(bend).for_each(|(sample, bend)| *sample -= bend);
+        }
+        samples
     }
 }
 
@@ -181,6 +223,11 @@ pub trait Experiment: Send + Sync {
 
     /// Start of the simulation of a record.
     fn begin(&self, record: &Record, driven: &Signals) -> Begin;
+
+    /// Whether the inputs run on straight lines from each communication point to the next; otherwise they are held.
+    fn has_lines(&self) -> bool {
+        false
+    }
 
     /// Inputs at the communication points.
     fn inputs(&self, segment: &MeasuredSegment, values: &Values) -> Vec<(&'static str, Vec<f64>)>;

@@ -1,7 +1,6 @@
 //! The gas half alone: motion and voltage are given, the pressures are compared.
 
 use super::cylinder::{PRESSURES, begin_pressures, middle, on_grids, pressure_force};
-use super::rig::measured_inputs;
 use super::{Begin, Experiment, Forces, Given, MeasuredSegment, measured};
 use crate::numerals::significant;
 use crate::parameter::Values;
@@ -74,11 +73,14 @@ impl Experiment for Pneumatic {
         begin
     }
 
-    /// Voltage and supply, and the force that carries the carriage against the measured pressures.
+    /// Voltage and supply, of those that are not held the means over each step, and the force that carries the carriage against the measured pressures.
     fn inputs(&self, segment: &MeasuredSegment, values: &Values) -> Vec<(&'static str, Vec<f64>)> {
         let given = &self.given;
-        let signals: Vec<&'static str> = self.inputs_given().collect();
-        let mut inputs = measured_inputs(given, segment, &signals, values);
+        let of_step = |signal: &'static str| {
+            let course = given.measured(segment, signal, values);
+            (signal, if given.options.inputs.have_lines() { middle(&course) } else { course })
+        };
+        let mut inputs: Vec<_> = self.inputs_given().map(of_step).collect();
         let wire = given.value("wireForce", values);
         let pushed = middle(&pressure_force(given, segment, values));
         let acceleration = self.slope(segment, "acceleration", values);

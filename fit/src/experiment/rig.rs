@@ -1,6 +1,6 @@
 //! The whole rig: the voltage is given, position and pressures are compared.
 
-use super::cylinder::{self, begin_pressures, middle, on_grids};
+use super::cylinder::{self, begin_pressures, on_grids};
 use super::{Begin, Experiment, Forces, Given, MeasuredSegment, measured};
 use crate::parameter::Values;
 use crate::record::{Record, Signals};
@@ -53,8 +53,13 @@ impl Experiment for Rig {
         begin
     }
 
+    fn has_lines(&self) -> bool {
+        self.given.options.inputs.have_lines()
+    }
+
     fn inputs(&self, segment: &MeasuredSegment, values: &Values) -> Vec<(&'static str, Vec<f64>)> {
-        measured_inputs(&self.given, segment, &self.driving(), values)
+        let course = |signal| self.given.options.inputs.ends(self.given.measured(segment, signal, values));
+        self.driving().into_iter().map(|signal| (signal, course(signal))).collect()
     }
 
     fn settings(&self, _: &MeasuredSegment, values: &Values) -> Values {
@@ -64,18 +69,4 @@ impl Experiment for Rig {
     fn forces(&self, segment: &MeasuredSegment, values: &Values) -> Option<Forces> {
         cylinder::forces(&self.given, segment, values, || cylinder::level(&self.given, segment, values))
     }
-}
-
-/// Measured inputs at the communication points; of those on straight lines the means over each step.
-pub(super) fn measured_inputs(
-    given: &Given,
-    segment: &MeasuredSegment,
-    signals: &[&'static str],
-    values: &Values,
-) -> Vec<(&'static str, Vec<f64>)> {
-    let of = |signal: &&'static str| {
-        let course = given.measured(segment, signal, values);
-        (*signal, if given.options.has_lines { middle(&course) } else { course })
-    };
-    signals.iter().map(of).collect()
 }

@@ -61,7 +61,10 @@ def add(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     add_search(parser)
     parser.add_argument("--width", type=float, default=0.04, metavar="S", help="width of smoothing (default: 0.04 s)")
-    parser.add_argument("--inputs", default="held", help="between samples: held, or on straight lines (default: held)")
+    parser.add_argument(
+        "--inputs",
+        help="between samples: held, on straight lines, or smooth (default: held; of exact forces what fits)",
+    )
     parser.add_argument("--loss", default="linear", help="linear, soft_l1, huber or cauchy (default: linear)")
     parser.add_argument("--intervals", default="jacobian", help="jacobian, profile or bootstrap (default: jacobian)")
     parser.add_argument("--evidence", action="store_true", help="say whether the data can tell the laws (needs ArviZ)")

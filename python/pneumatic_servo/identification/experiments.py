@@ -106,6 +106,10 @@ class Window:
         return {name: value for name, value in self.__dict__.items() if name != "native"}
 
 
+INPUTS = ("held", "lines", "smooth")
+"""Courses of measured inputs between samples."""
+
+
 @dataclass(frozen=True)
 class Options:
     """Options of the use of the data.
@@ -121,15 +125,16 @@ class Options:
     window : float or None
         Length in s after which a simulation starts anew from what is measured; by default the length of the experiment:
         about 0.15 s where measured forces move a mass, never otherwise.
-    inputs : str
-        Course of measured inputs between samples: ``held``, or on straight ``lines``.
+    inputs : str or None
+        Course of measured inputs between samples: ``held``, on straight ``lines``, or ``smooth``, on a curve through
+        them; by default held, and where whole records are simulated, the one that leaves no more than noise.
     """
 
     rated: float = 1.0
     width: float = 0.04
     play: float | None = None
     window: float | None = None
-    inputs: str = "held"
+    inputs: str | None = None
     smooths: bool = True
     """Whether measured forces and pressures are smoothed over the width."""
 
@@ -211,7 +216,7 @@ class Experiment:
         variables, options = self.table.variables, self.options
         known = {name: float(variables[name].ids[value]) if isinstance(value, str) else float(value)
                  for name, value in self.settings.items()}  # fmt: skip
-        chosen = (options.rated, options.width, options.play, options.window, options.inputs == "lines",
+        chosen = (options.rated, options.width, options.play, options.window, options.inputs or INPUTS[0],
                   options.smooths)  # fmt: skip
         law = variables["friction.law"].ids[self.law]
         return _native.Experiment(self.name, law, known, sorted(self.signals), chosen)

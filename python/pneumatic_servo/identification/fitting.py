@@ -18,7 +18,7 @@ from pneumatic_servo.identification.condition_prediction import USUAL
 from pneumatic_servo.identification.conditions import Condition, conditions
 from pneumatic_servo.identification.consistency import compare
 from pneumatic_servo.identification.cross_validation import cross_validate as cross_validate_by
-from pneumatic_servo.identification.experiments import EXPERIMENTS, Experiment, Options
+from pneumatic_servo.identification.experiments import EXPERIMENTS, INPUTS, Experiment, Options
 from pneumatic_servo.identification.fitted import Estimate
 from pneumatic_servo.identification.guess import started
 from pneumatic_servo.identification.intervals import Certainty, certainty, hidden
@@ -53,7 +53,6 @@ OF_BENCH = {
     "force": {"incline": "rad", "spring": "N/m", "springRest": "m", "friction.direction.factor": "1"},
 }
 """Properties of a test bench that its model does not have."""
-INPUTS = ("held", "lines")
 MOST_LAW_ERROR = 2.0
 """A law that is expected to be off by more says nothing."""
 LOSSES = ("linear", "soft_l1", "huber", "cauchy")
@@ -77,7 +76,7 @@ def fit(
     width: float = 0.04,
     play: float | None = None,
     segment: float | None = None,
-    inputs: str = "held",
+    inputs: str | None = None,
     loss: str = "linear",
     intervals: str = "jacobian",
     jac: str = "differences",
@@ -211,9 +210,9 @@ def _executor_of(cluster: Any) -> Executor:
 def _fit(
     data: Any, *, experiment: str, law: str, fit: str | Sequence[str], columns: str | Mapping[str, str] | None,
     encoding: str | None, settings: Parameters | None, validation: float, validation_data: Any, seed: int, starts: int,
-    rated: float, width: float, play: float | None, segment: float | None, inputs: str, loss: str, intervals: str,
-    jac: str, posterior: bool, cross_validate: str | Sequence[str], law_error: float, workers: int | None,
-    executor: Executor | None, watch: Watch,
+    rated: float, width: float, play: float | None, segment: float | None, inputs: str | None, loss: str,
+    intervals: str, jac: str, posterior: bool, cross_validate: str | Sequence[str], law_error: float,
+    workers: int | None, executor: Executor | None, watch: Watch,
 ) -> Fit:  # fmt: skip
     options = Options(
         rated=_positive("rated", values.number_in("N", "rated", rated)),
@@ -234,8 +233,8 @@ def _fit(
         checks.whole_number("workers", workers, least=1)
     if not values.is_number(validation) or not 0.0 <= validation < 1.0:
         raise ValueError(f"{quoted('validation', validation)}: it must be at least 0 and below 1")
-    if inputs not in INPUTS:
-        raise ValueError(f"{quoted('inputs', inputs)}: it must be {' or '.join(INPUTS)}")
+    if inputs is not None and inputs not in INPUTS:
+        raise ValueError(f"{quoted('inputs', inputs)}: it must be one of {', '.join(INPUTS)}")
     if loss not in LOSSES:
         raise ValueError(f"{quoted('loss', loss)}: it must be one of {', '.join(LOSSES)}")
     if intervals not in ("jacobian", "profile", "bootstrap"):

@@ -278,7 +278,7 @@ class Problem:
             try:
                 found, _, failure, ended, _, _, derived = _native.simulate(
                     model._native, list(given.items()), driven, (0.0, self.clock * record.step, len(grid) - 1, 1),
-                    list(outputs), by, None,
+                    list(outputs), by, None, self.experiment.native.has_lines,
                 )  # fmt: skip
                 break
             except ValueError as refused:
@@ -421,6 +421,7 @@ class Problem:
             outputs=outputs,
             workers=self.workers,
             most=most,
+            lines=self.experiment.native.has_lines,
         )
 
     def settings_of(self, window: Window, values: Mapping[str, float], begin: Mapping[str, float]) -> dict[str, Value]:

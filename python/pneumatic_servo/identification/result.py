@@ -124,8 +124,8 @@ class Fit(Fitted):
     def simulate(self, segment: int = 0, *, outputs: Sequence[str] | None = None) -> Run:
         """Make the run of a fitted stretch of data again, bit for bit as the fit compares it.
 
-        It begins with the fitted position, velocity and pressures of this stretch, and its inputs are held, or on
-        lines, as in the fit. ``Model.simulate(found)`` has the fitted parameters and the start of the first
+        It begins with the fitted position, velocity and pressures of this stretch, and its inputs run between
+        samples as in the fit. ``Model.simulate(found)`` has the fitted parameters and the start of the first
         stretch.
 
         Parameters
@@ -160,7 +160,9 @@ class Fit(Fitted):
             error = SimulationError(runs.failures[0])
             error.finished = runs[0]
             raise error
-        return runs[0]
+        run = runs[0]
+        run.has_lines = problem.experiment.native.has_lines
+        return run
 
     def as_dict(self) -> dict[str, Any]:
         """Return what is written as JSON."""

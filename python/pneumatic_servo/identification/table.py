@@ -138,7 +138,7 @@ def _of_run(number: int, run: Run) -> Measured:
     signals = {"time": run.time}
     for name in run.variables:
         if name in SIGNALS:
-            signals[name] = held_from(run[name]) if name in DRIVEN else run[name]
+            signals[name] = run.given(name)
     return Measured(f"record {number}", signals, lambda signal, row: f"record {number}, sample {row} of {signal}")
 
 
