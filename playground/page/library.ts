@@ -17,6 +17,7 @@ interface Exports extends WebAssembly.Exports {
   playground_question(bytes: number): number;
   playground_samples(count: number): number;
   playground_fit(): number;
+  playground_estimable(): number;
   playground_friction_columns(): number;
   playground_friction_table(): number;
   playground_curves(): number;
@@ -24,6 +25,13 @@ interface Exports extends WebAssembly.Exports {
 
 /** Refusal by the library. */
 export class Refusal extends Error {}
+
+/** Parameters that a fit estimates unless others are chosen, others of sensors and of a bench, and what its signals lack. */
+export interface Estimable {
+  usual: string[];
+  others: string[];
+  lacking: string | null;
+}
 
 /** Values by the names of variables. */
 export type Values = ReadonlyMap<string, number>;
@@ -111,6 +119,13 @@ export class Library {
     this.demand(exports.playground_fit());
     const text = this.text();
     return { text, curves: new Float64Array(exports.memory.buffer, exports.playground_curves()) };
+  }
+
+  /** What a fit may estimate, and why its signals are too few, or null. */
+  estimable(experiment: string, law: number, known: Values, signals: readonly string[]): Estimable {
+    this.ask(JSON.stringify({ experiment, law, known: Object.fromEntries(known), signals }), []);
+    this.demand(this.exports.playground_estimable());
+    return JSON.parse(this.text());
   }
 
   /** The places of the columns of velocity and force of a table with measured friction. Throws a refusal. */

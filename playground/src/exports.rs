@@ -7,7 +7,7 @@
 
 use std::cell::RefCell;
 
-use crate::{CallError, Session, fit, friction_columns, friction_table, tables};
+use crate::{CallError, Session, estimable, fit, friction_columns, friction_table, tables};
 
 #[cfg(target_arch = "wasm32")]
 #[link(wasm_import_module = "page")]
@@ -133,6 +133,13 @@ pub extern "C" fn playground_fit() -> u32 {
         SAMPLES.set(curves);
         answer
     }))
+}
+
+/// Makes what the fit of the question may estimate the text: [`estimable`].
+// SAFETY: as for `playground_buffer`.
+#[unsafe(no_mangle)]
+pub extern "C" fn playground_estimable() -> u32 {
+    tell(estimable(&String::from_utf8_lossy(&QUESTION.take())))
 }
 
 /// Makes the columns of measured friction the text, of the table and the names in the question: [`friction_columns`].

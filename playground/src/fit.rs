@@ -3,8 +3,9 @@
 use std::cell::{Cell, RefCell};
 
 use pneumatic_servo_fit::Refused;
-use pneumatic_servo_fit::experiment::Options;
+use pneumatic_servo_fit::experiment::{self, Given, Kind, Options, of_kind};
 use pneumatic_servo_fit::fitting::{self, Answer, Course, Estimate, NoAnswer, Question};
+use pneumatic_servo_fit::law::usual;
 use pneumatic_servo_fit::parameter::Values;
 use pneumatic_servo_fit::problem::Interrupted;
 use pneumatic_servo_fit::search::Watch;
@@ -31,6 +32,30 @@ pub fn fit(question: &str, samples: &[f64], told: &dyn Fn(&Value)) -> Result<(Va
         Err(NoAnswer::Refused(Refused(text))) => Err(text),
         Err(NoAnswer::Interrupted) => unreachable!("a worker of the page is ended from outside"),
     }
+}
+
+/// What a fit may estimate: parameters that are estimated unless others are chosen, those of sensors and of a bench, and why the
+/// signals are too few, if they are. The question has experiment, law, known values and the names of the signals.
+///
+/// # Errors
+/// In words for the visitor, for a question that is none.
+pub fn estimable(question: &str) -> Result<Value, String> {
+    let question: Value =
+        serde_json::from_str(question).map_err(|error| format!("the question is no JSON: {error}"))?;
+    let asked =
+        || Some((text(&question["experiment"])?, law(&question)?, known(&question)?, texts(&question["signals"])?));
+    let (experiment, law, known, signals) = asked().ok_or("the question is incomplete")?;
+    let kind = Kind::of_name(&experiment).map_err(|refused| refused.0)?;
+    let given = Given::new(kind, law, known, signals, Options::default());
+    let usual = usual(given.table, law, &given.known);
+    Ok(match of_kind(given) {
+        Ok(experiment) => json!({
+            "usual": usual.into_iter().chain(experiment.unknown().into_iter().map(str::to_owned)).collect::<Vec<_>>(),
+            "others": experiment::estimable(&*experiment),
+            "lacking": null,
+        }),
+        Err(Refused(lacking)) => json!({ "usual": usual, "others": [], "lacking": lacking }),
+    })
 }
 
 /// Progress of a fit.
@@ -72,22 +97,35 @@ impl Watch for Progress<'_> {
     }
 }
 
+fn text(value: &Value) -> Option<String> {
+    value.as_str().map(str::to_owned)
+}
+
+fn texts(value: &Value) -> Option<Vec<String>> {
+    value.as_array()?.iter().map(text).collect()
+}
+
+fn law(question: &Value) -> Option<i32> {
+    i32::try_from(question["law"].as_i64()?).ok()
+}
+
+fn known(question: &Value) -> Option<Values> {
+    question["known"].as_object()?.iter().map(|(name, value)| Some((name.clone(), value.as_f64()?))).collect()
+}
+
 fn read(question: &Value, samples: &[f64]) -> Option<Question> {
-    let text = |value: &Value| value.as_str().map(str::to_owned);
-    let texts = |value: &Value| value.as_array()?.iter().map(text).collect::<Option<Vec<String>>>();
     let names = texts(&question["signals"])?;
     let length = samples.len().checked_div(names.len())?;
     if length == 0 || length * names.len() != samples.len() {
         return None;
     }
-    let known = question["known"].as_object()?.iter().map(|(name, value)| Some((name.clone(), value.as_f64()?)));
     let options = &question["options"];
     Some(Question {
         file: text(&question["file"])?,
         experiment: text(&question["experiment"])?,
-        law: i32::try_from(question["law"].as_i64()?).ok()?,
+        law: law(question)?,
         signals: names.into_iter().zip(samples.chunks_exact(length).map(<[f64]>::to_vec)).collect(),
-        known: known.collect::<Option<Values>>()?,
+        known: known(question)?,
         estimated: texts(&question["free"])?,
         validation: question["validation"].as_f64()?,
         starts: usize::try_from(question["starts"].as_u64()?).ok()?,
@@ -168,6 +206,25 @@ mod tests {
             "experiment rig needs columns for time, valveVoltage, position; valveVoltage is missing"
         );
         assert_eq!(refused(whole, &[0.0; 3]), "the question is incomplete, or its samples are");
+    }
+
+    #[test]
+    fn what_may_be_estimated_depends_on_the_signals() {
+        let of = |signals: &str| {
+            let question = format!(r#"{{"experiment": "motion", "law": 2, "known": {{}}, "signals": {signals}}}"#);
+            estimable(&question).expect("an answer")
+        };
+        let few = of(r#"["time", "position"]"#);
+        assert_eq!(few["lacking"], "experiment motion needs a column for frictionForce or force");
+        assert_eq!(few["usual"], json!(["friction.coulomb.Fc", "friction.coulomb.sigma2"]));
+        let whole = of(r#"["time", "position", "force", "pressure"]"#);
+        assert_eq!(whole["usual"], json!(["friction.coulomb.Fc", "friction.coulomb.sigma2", "area"]));
+        let others = whole["others"].as_array().expect("names");
+        for name in ["gain.force", "lag.force", "delay.position", "friction.direction.factor", "friction.kappaA"] {
+            assert!(others.contains(&json!(name)), "{name}: {others:?}");
+        }
+        assert!(!others.contains(&json!("lag.position")), "{others:?}");
+        assert_eq!(estimable("{}"), Err("the question is incomplete".to_owned()));
     }
 
     #[test]

@@ -13,7 +13,7 @@ mod ssv;
 mod tables;
 
 pub use error::CallError;
-pub use fit::fit;
+pub use fit::{estimable, fit};
 pub use friction_table::{friction_columns, friction_table};
 pub use session::{BUFFER, SLOTS, Session};
 pub use tables::tables;

@@ -22,7 +22,8 @@ export function freeList(context: FitContext): HTMLElement {
   const candidates = of.variables
     .filter(({ kind, role, name }) => kind === "Real" && (role === "fixed" || role === "tunable") && !names.includes(name))
     .map(({ name }) => name);
-  const list = element("datalist", { id: "free-names" }, ...[...candidates, ...ofSensors(context)].map((value) => element("option", { value })));
+  const others = [...candidates, ...study.estimable.others.filter((name) => !names.includes(name))];
+  const list = element("datalist", { id: "free-names" }, ...others.map((value) => element("option", { value })));
   const problem = element("span", { class: "problem", role: "alert" });
   const input = element("input", {
     type: "text",
@@ -33,7 +34,7 @@ export function freeList(context: FitContext): HTMLElement {
     onchange: () => {
       const name = input.value.trim();
       if (!name) return;
-      if ([...candidates, ...ofSensors(context)].includes(name)) {
+      if (others.includes(name)) {
         study.setFree(name, true);
         study.shown();
         document.querySelector<HTMLInputElement>("[aria-label='Estimate another parameter']")?.focus();
@@ -52,23 +53,6 @@ function describe({ study, settings, library }: FitContext, name: string): strin
   const start = settings.values[study.modelName].get(name);
   if (!found) return name;
   return `${found.description}, in ${found.of}${start === undefined ? "" : `; the search starts at ${short(start)}`}`;
-}
-
-/** Parameters of sensors, and on a bench of pressure and direction, which can be estimated as well. */
-function ofSensors({ study, settings }: FitContext): string[] {
-  const signals = [...study.columns.keys()].filter((signal) => signal !== "time");
-  const driving = ["valveVoltage", "supplyPressure", "externalForce"];
-  const isMotion = settings.experiment === "motion";
-  const compared = signals.filter((signal) =>
-    isMotion ? signal === "frictionForce" || (signal === "force" && !signals.includes("frictionForce")) : !driving.includes(signal),
-  );
-  const others = isMotion ? [] : signals.filter((signal) => driving.includes(signal));
-  const seal = signals.includes("pressure") ? ["friction.kappaA", ...(compared[0] === "force" ? ["area"] : [])] : [];
-  return [
-    ...compared.flatMap((signal) => [`gain.${signal}`, `offset.${signal}`, `delay.${signal}`]),
-    ...others.flatMap((signal) => [`gain.${signal}`, `offset.${signal}`]),
-    ...(isMotion ? ["friction.direction.factor", ...seal] : []),
-  ].filter((name) => !study.free.includes(name));
 }
 
 interface Entry {

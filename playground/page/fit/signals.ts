@@ -38,14 +38,3 @@ export const TAKEN: Record<ExperimentName, readonly Signal[]> = {
   ],
   motion: ["time", "position", "velocity", "frictionForce", "force", "normalForce", "pressure"],
 };
-
-/** Missing assignments of signals, or null. */
-export function lacking(experiment: ExperimentName, signals: ReadonlySet<Signal>): string | null {
-  const required: Signal[] = experiment === "rig" ? ["time", "valveVoltage", "position"] : ["time"];
-  const missing = required.filter((signal) => !signals.has(signal));
-  if (missing.length) return `experiment ${experiment} needs columns for ${required.join(", ")}; ${missing.join(", ")} is missing`;
-  if (experiment === "rig") return null;
-  if (!signals.has("position") && !signals.has("velocity")) return "experiment motion needs a column for position or velocity";
-  if (!signals.has("frictionForce") && !signals.has("force")) return "experiment motion needs a column for frictionForce or force";
-  return null;
-}

@@ -2,15 +2,14 @@
 
 import type { Context } from "../context";
 import { byId } from "../dom";
-import { unpacked } from "../library";
+import { unpacked, type Estimable } from "../library";
 import { model, variable } from "../tables";
 import { proposed, signalsOf, type Columns } from "./columns";
 import type { Answer, Progress, Question } from "./fit";
 import { begin, type Reply } from "./job";
-import { lacking, TAKEN } from "./signals";
+import { TAKEN } from "./signals";
 import type { Table } from "./table";
 import { everyUnit } from "./units";
-import { usual } from "./usual";
 
 /** An answer with its question, its table and the columns of the signals. */
 export interface Found {
@@ -82,11 +81,13 @@ export class Study {
   }
 
   usual(): string[] {
+    return this.estimable.usual;
+  }
+
+  /** What may be estimated from the columns that are chosen. */
+  get estimable(): Estimable {
     const { settings, library } = this.context;
-    const of = model(library.tables, this.modelName);
-    const names = usual(of, this.law, settings.values[this.modelName]);
-    const needsArea = this.columns.has("pressure") && this.columns.has("force") && !this.columns.has("frictionForce");
-    return settings.experiment === "motion" && needsArea ? [...names, "area"] : names;
+    return library.estimable(settings.experiment, this.law, settings.values[this.modelName], [...this.columns.keys()]);
   }
 
   /** Frees a parameter, or no longer does. */
@@ -153,7 +154,7 @@ export class Study {
   get obstacle(): string | null {
     if (!this.table) return "open a table first";
     if (this.free.length === 0) return "nothing is free: choose at least one parameter";
-    return lacking(this.context.settings.experiment, new Set(this.columns.keys()));
+    return this.estimable.lacking;
   }
 
   /** Fits. */
