@@ -121,7 +121,7 @@ export class Library {
     return { text, curves: new Float64Array(exports.memory.buffer, exports.playground_curves()) };
   }
 
-  /** What a fit may estimate, and why its signals are too few, or null. */
+  /** Parameters that a fit may estimate, and why its signals are too few, or null. */
   estimable(experiment: string, law: number, known: Values, signals: readonly string[]): Estimable {
     this.ask(JSON.stringify({ experiment, law, known: Object.fromEntries(known), signals }), []);
     this.demand(this.exports.playground_estimable());

@@ -135,7 +135,7 @@ pub extern "C" fn playground_fit() -> u32 {
     }))
 }
 
-/// Makes what the fit of the question may estimate the text: [`estimable`].
+/// Makes the parameters that the fit of the question may estimate the text: [`estimable`].
 // SAFETY: as for `playground_buffer`.
 #[unsafe(no_mangle)]
 pub extern "C" fn playground_estimable() -> u32 {

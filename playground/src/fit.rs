@@ -34,8 +34,8 @@ pub fn fit(question: &str, samples: &[f64], told: &dyn Fn(&Value)) -> Result<(Va
     }
 }
 
-/// What a fit may estimate: parameters that are estimated unless others are chosen, those of sensors and of a bench, and why the
-/// signals are too few, if they are. The question has experiment, law, known values and the names of the signals.
+/// Parameters that a fit estimates unless others are chosen, further ones of sensors and of a bench, and why the signals are too
+/// few, if they are. The question has experiment, law, known values and the names of the signals.
 ///
 /// # Errors
 /// In words for the visitor, for a question that is none.

@@ -84,7 +84,7 @@ export class Study {
     return this.estimable.usual;
   }
 
-  /** What may be estimated from the columns that are chosen. */
+  /** Parameters that may be estimated from the columns that are chosen. */
   get estimable(): Estimable {
     const { settings, library } = this.context;
     return library.estimable(settings.experiment, this.law, settings.values[this.modelName], [...this.columns.keys()]);
