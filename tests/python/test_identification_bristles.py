@@ -140,3 +140,25 @@ def test_form_of_the_law_that_short_segments_hide_is_named() -> None:
     [cause] = found.causes
     assert (cause.name, cause.given, cause.estimate, cause.is_sensor) == ("friction.lugre.vd", "0.01", "0", False)
     assert found.verdict.light != "green" and cause.text in found.verdict.text and found.suspect == cause
+
+
+def test_whole_records_go_on_from_what_segments_gave() -> None:
+    """The balance of forces leads them to a wrong minimum. The bench is simulated ten times as often."""
+    often = np.arange(30_001) * 0.1 * STEP
+
+    def force(time: Array) -> Array:
+        wave = np.sin(1.4 * np.pi * time) * (0.5 + 0.15 * time)
+        return np.asarray(14.0 * wave + 6.0 * np.sin(4.6 * np.pi * time))
+
+    bench = ps.Model("FrictionBench")
+    run = bench.simulate(
+        {"friction.law": "ElastoPlastic", "mass": 2.0, "bench.drive": "Free"},
+        # Each value is held for a tenth of a sample: in its middle it is right.
+        inputs={"appliedForce": (often, force(often + 0.05 * STEP))}, stop=3.0, step=0.1 * STEP,
+    )  # fmt: skip
+    position = run["position"][::10] + 1e-7 * np.random.default_rng(0).standard_normal(3001)
+    data = {"time": often[::10], "force": force(often[::10]), "position": position}
+    found = ps.fit(data, experiment="force", law="ElastoPlastic", settings={"mass": 2.0}, progress=False)
+    for name, value in found.values.items():
+        assert value == pytest.approx(bench.parameters[name].default, rel=2e-3), name
+    assert found.verdict.light == "green" and found.rms["position"] < 1.1e-7

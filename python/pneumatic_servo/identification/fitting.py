@@ -32,7 +32,7 @@ from pneumatic_servo.identification.signals import SIGNALS, SLIDING, Units, star
 from pneumatic_servo.identification.solve import Solution, solve, with_likely_sensors
 from pneumatic_servo.identification.table import Column, Measured, columns_of, listed, measured
 from pneumatic_servo.identification.watch import Told, Watch, told
-from pneumatic_servo.identification.whole_records import from_balance
+from pneumatic_servo.identification.whole_records import WholeRecords
 from pneumatic_servo.model import Model, Parameters
 from pneumatic_servo.names import did_you_mean, renamed
 from pneumatic_servo.run_errors import Interrupted
@@ -262,23 +262,31 @@ def _fit(
     problem = replace(Problem.of(kind, records, free, validation, extra), workers=workers, jac=jac)
     _check_size(problem)
     compare(kind, problem.windows)
-    problem = from_balance(started(problem), records, validation, extra, watch)
-    kind = problem.experiment
+    problem = started(problem)
+    whole = WholeRecords.of(problem, records, validation, extra)
+    if whole is not None:
+        problem = whole.from_balance(problem, watch)
     fitted = problem.trained()
-    groups = _conditions(fitted, records, cross_validate)
+    _conditions(fitted, records, cross_validate)
     _check_start(fitted)
     fitted = fitted.bounded()
-    notes += assumed(kind, [parameter.name for parameter in free])
+    notes += assumed(problem.experiment, [parameter.name for parameter in free])
     notes += _told_early(fitted, watch)
     try:
         best = solve(fitted, starts, seed, loss, executor, watch)
+        if whole is not None and problem.experiment.options.window is None:
+            uncut = whole.from_segments(fitted, best, watch)
+            if uncut is not None:
+                problem, fitted = uncut, uncut.trained().bounded()
+                best = solve(fitted, 0, seed, loss, executor, watch)
         fitted, best = with_likely_sensors(fitted, best, loss, watch)
         watch.stage("intervals")
         sure = certainty(fitted, best.x, intervals, seed)
     except KeyboardInterrupt:
         raise _interrupted(problem, fitted, watch, notes) from None
     tell_underivable(fitted)
-    found = _finished(problem, fitted, best, sure, [*notes, *dict.fromkeys(kind.notes)])
+    found = _finished(problem, fitted, best, sure, [*notes, *dict.fromkeys(problem.experiment.notes)])
+    groups = _conditions(fitted, records, cross_validate)
     try:
         if groups:
             watch.stage("cross-validation")

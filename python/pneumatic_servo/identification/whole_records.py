@@ -30,6 +30,8 @@ WHOLE = 1e9
 """Length in s of segments that no record has."""
 STEP, TOLERANCE = 1e-5, 1e-2
 """Step of the differences of runs, and the factor of the solver's tolerances, where nothing hides a small change."""
+LIKE = 10.0
+"""Ratio of what two courses of inputs leave from which on only the better one is searched further."""
 
 
 def remembers(law: str, model: Model) -> bool:
@@ -42,59 +44,80 @@ def remembers(law: str, model: Model) -> bool:
     )
 
 
-def from_balance(
-    problem: Problem, records: Sequence[Record], validation: float, extra: Sequence[Record], watch: Watch
-) -> Problem:
-    """Return a problem of a law with deflections with a better start, and with whole records if they bear it.
+class WholeRecords(NamedTuple):
+    """Problems of whole records that take the place of one of segments where a force or pressures are exact.
 
-    A problem whose segments somebody chose, or whose motion is not measured by a position, is returned as it is.
+    Attributes
+    ----------
+    problems : tuple of Problem
+        For each course of the inputs between samples.
     """
-    experiment = problem.experiment
-    if not (
-        experiment.native.is_pushed
-        and experiment.options.window is None
-        and "position" in experiment.signals
-        and remembers(experiment.law, experiment.table)
-    ):
-        return problem
-    watch.stage("balance of forces")
-    given = experiment.options.inputs
-    # Pressures are never held.
-    courses = INPUTS if given is None and experiment.name == "force" else (given,)
-    wholes = [
-        replace(
-            Problem.of(
-                experiment.with_options(window=WHOLE, smooths=False, inputs=course), records, problem.free, validation,
-                extra,
-            ),
-            workers=problem.workers, step=STEP, exactness=TOLERANCE,
-        )
-        for course in courses
-    ]  # fmt: skip
-    free = _balanced(wholes[0])
-    if free is None:
-        return problem
-    short = _better(problem, free)
-    ends = []
-    for whole in wholes:
-        watch.stage(f"whole records, inputs {whole.experiment.options.inputs}")
-        ends.append(_Whole.of(whole.with_free(free), watch))
-        # A controller holds its command until the next sample; a measured force varies between two samples.
-        if whole is wholes[0] and ends[0].loudness < AT_NOISE:
-            break
-    best = min(ends, key=lambda end: end.loudness)
-    if best.loudness >= AT_NOISE:
-        # Data that whole records of the other form describe are exact enough for whole records of the given one.
-        others = (end.begun(free, other) for end in ends if (other := _other_form(end, watch)) is not None)
-        return next(others, short)
-    notes = best.problem.experiment.notes
-    notes.append("records are simulated as a whole, and forces are not smoothed: nothing but noise is left so")
-    if best is not ends[0]:
-        how = {"lines": "on straight lines", "smooth": "on a smooth curve"}[
-            best.problem.experiment.options.inputs or ""
-        ]
-        notes.append(f"between samples the inputs run {how}: held ones leave more than noise")
-    return best.begun(free)
+
+    problems: tuple[Problem, ...]
+
+    @classmethod
+    def of(
+        cls, problem: Problem, records: Sequence[Record], validation: float, extra: Sequence[Record]
+    ) -> WholeRecords | None:
+        """Return them for a law with deflections, where the position is measured and nobody chose the segments."""
+        experiment = problem.experiment
+        if not (
+            experiment.native.is_pushed
+            and experiment.options.window is None
+            and "position" in experiment.signals
+            and remembers(experiment.law, experiment.table)
+        ):
+            return None
+        given = experiment.options.inputs
+        # Pressures are never held.
+        courses = INPUTS if given is None and experiment.name == "force" else (given,)
+        changed = [experiment.with_options(window=WHOLE, smooths=False, inputs=course) for course in courses]
+        wholes = [Problem.of(other, records, problem.free, validation, extra) for other in changed]
+        return cls(tuple(replace(one, workers=problem.workers, step=STEP, exactness=TOLERANCE) for one in wholes))
+
+    def from_balance(self, segments: Problem, watch: Watch) -> Problem:
+        """Return the problem that whole records bear from the balance of forces on, or segments with a better start."""
+        watch.stage("balance of forces")
+        free = _balanced(self.problems[0])
+        if free is None:
+            return segments
+        segments = _better(segments, free)
+        ends = self._ends(free, watch)
+        best = min(ends, key=lambda end: end.loudness)
+        if best.loudness >= AT_NOISE:
+            # Data that whole records of the other form describe are exact enough for whole records of the given one.
+            for end in ends:
+                if (form := _other_form(end, watch)) is not None:
+                    return end.begun(form)
+        most = _mean_square(segments.with_free(_at(free, best.found.x)))
+        return self._noted(best).begun() if best.loudness < max(most, AT_NOISE) else segments
+
+    def from_segments(self, segments: Problem, found: Solution, watch: Watch) -> Problem | None:
+        """Return the problem that whole records bear from what segments gave, if it leaves less than these."""
+        best = min(self._ends(_at(segments.free, found.x), watch), key=lambda end: end.loudness)
+        return self._noted(best).begun() if best.loudness < 2.0 * found.cost / segments.size else None
+
+    def _ends(self, free: Sequence[Free], watch: Watch) -> list[_Whole]:
+        """Return the ends of searches from a start."""
+        ends = []
+        for whole in self.problems:
+            watch.stage(f"whole records, inputs {whole.experiment.options.inputs or INPUTS[0]}")
+            ends.append(_Whole.of(whole.with_free(free), watch))
+            # A controller holds its command until the next sample; a measured force varies between two samples.
+            if len(ends) == 1 and ends[0].loudness < AT_NOISE:
+                break
+        least = min(end.loudness for end in ends)
+        return [end.further(watch) if end.loudness < LIKE * least else end for end in ends]
+
+    def _noted(self, best: _Whole) -> _Whole:
+        """Say how records are simulated."""
+        experiment = best.problem.experiment
+        left = "nothing but noise is left so" if best.loudness < AT_NOISE else "segments of smoothed forces leave more"
+        experiment.notes.append(f"records are simulated as a whole, and forces are not smoothed: {left}")
+        if experiment is not self.problems[0].experiment:
+            how = "on straight lines" if experiment.options.inputs == "lines" else "on a smooth curve"
+            experiment.notes.append(f"between samples the inputs run {how}: held ones leave more")
+        return best
 
 
 class _Whole(NamedTuple):
@@ -110,15 +133,23 @@ class _Whole(NamedTuple):
         trained = whole.trained().bounded()
         return cls(whole, trained, refine(trained, trained.start, "linear", watch, ROUGH))
 
+    def further(self, watch: Watch) -> _Whole:
+        """Search on from the end, with other scales, as long as it more than halves what is left."""
+        end, before = self, np.inf
+        while AT_NOISE <= end.loudness < 0.5 * before:
+            before = end.loudness
+            end = end._replace(found=refine(end.trained, end.found.x, "linear", watch, ROUGH))
+        return end
+
     @property
     def loudness(self) -> float:
         """The mean square of the residuals, in units of the noise."""
         return 2.0 * self.found.cost / self.trained.size
 
-    def begun(self, free: Sequence[Free], other_form: OtherForm | None = None) -> Problem:
+    def begun(self, other_form: OtherForm | None = None) -> Problem:
         """Return the problem from the end of the search on."""
         problem = replace(self.problem, other_form=other_form)
-        return problem.begun(self.trained, self.found.x).with_free(_at(free, self.found.x))
+        return problem.begun(self.trained, self.found.x).with_free(_at(problem.free, self.found.x))
 
 
 def _other_form(end: _Whole, watch: Watch) -> OtherForm | None:
@@ -159,9 +190,13 @@ def _balanced(whole: Problem) -> list[Free] | None:
 
 def _better(problem: Problem, free: Sequence[Free]) -> Problem:
     """Return the problem with the start that leaves less."""
-    other = problem.with_free(free)
-    costs = [float(np.sum(one.trained().residuals([one.trained().start])[0] ** 2)) for one in (problem, other)]
-    return other if costs[1] < costs[0] else problem
+    return min(problem, problem.with_free(free), key=_mean_square)
+
+
+def _mean_square(problem: Problem) -> float:
+    """Return the mean square of the residuals at the start, in units of the noise."""
+    trained = problem.trained()
+    return float(np.mean(trained.residuals([trained.start])[0] ** 2))
 
 
 def _at(free: Sequence[Free], x: Array) -> list[Free]:
