@@ -1,7 +1,9 @@
-"""Laws that remember where they have been: a start from the balance of forces, and records that are not cut.
+"""Records that are not cut, where a force or pressures are exact.
 
-Segments of 0.15 s forget the noise of a force. But a segment begins without the deflection of its bristles, which
-passes into the parameters. Where a force is exact, nothing has to be forgotten: each record is simulated as a whole.
+Segments of 0.15 s forget the noise of a force. But a segment begins without the deflection of its bristles, and
+smoothing wipes out the course of a force at a break-away: both pass into the parameters. Where a force is exact,
+nothing has to be forgotten: each record is simulated as a whole, of laws with deflections from a start that the balance
+of forces gives.
 """
 
 from __future__ import annotations
@@ -59,14 +61,9 @@ class WholeRecords(NamedTuple):
     def of(
         cls, problem: Problem, records: Sequence[Record], validation: float, extra: Sequence[Record]
     ) -> WholeRecords | None:
-        """Return them for a law with deflections, where the position is measured and nobody chose the segments."""
+        """Return them for a mass under measured forces, if its position is measured and nobody chose the segments."""
         experiment = problem.experiment
-        if not (
-            experiment.native.is_pushed
-            and experiment.options.window is None
-            and "position" in experiment.signals
-            and remembers(experiment.law, experiment.table)
-        ):
+        if not (experiment.native.is_pushed and experiment.options.window is None and "position" in experiment.signals):
             return None
         given = experiment.options.inputs
         # Pressures are never held.
@@ -76,7 +73,12 @@ class WholeRecords(NamedTuple):
         return cls(tuple(replace(one, workers=problem.workers, step=STEP, exactness=TOLERANCE) for one in wholes))
 
     def from_balance(self, segments: Problem, watch: Watch) -> Problem:
-        """Return the problem that whole records bear from the balance of forces on, or segments with a better start."""
+        """Return the problem that whole records bear from the balance of forces on, or segments with a better start.
+
+        The segments of a law without deflections are returned as they are.
+        """
+        if not remembers(segments.experiment.law, segments.experiment.table):
+            return segments
         watch.stage("balance of forces")
         free = _balanced(self.problems[0])
         if free is None:
@@ -93,7 +95,12 @@ class WholeRecords(NamedTuple):
         return self._noted(best).begun() if best.loudness < max(most, AT_NOISE) else segments
 
     def from_segments(self, segments: Problem, found: Solution, watch: Watch) -> Problem | None:
-        """Return the problem that whole records bear from what segments gave, if it leaves less than these."""
+        """Return the problem that whole records bear from what segments gave, if it leaves less than these.
+
+        Segments that leave no more than noise are not asked again: where they can, they forget the noise of the force.
+        """
+        if 2.0 * found.cost / segments.size < AT_NOISE:
+            return None
         best = min(self._ends(_at(segments.free, found.x), watch), key=lambda end: end.loudness)
         return self._noted(best).begun() if best.loudness < 2.0 * found.cost / segments.size else None
 
