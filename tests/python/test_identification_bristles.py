@@ -142,24 +142,43 @@ def test_form_of_the_law_that_short_segments_hide_is_named() -> None:
     assert found.verdict.light != "green" and cause.text in found.verdict.text and found.suspect == cause
 
 
-@pytest.mark.parametrize("law", ["Coulomb", "Stribeck", "ElastoPlastic"])
-def test_whole_records_go_on_from_what_segments_gave(law: str) -> None:
-    """Smoothing spoils a break-away. The bench is simulated ten times as often."""
-    often = np.arange(30_001) * 0.1 * STEP
+def exact(law: str, duration: float) -> dict[str, Array]:
+    """A bench that is simulated ten times as often as its smooth force is sampled."""
+    number = round(duration / STEP)
+    often = np.arange(10 * number + 1) * 0.1 * STEP
 
     def force(time: Array) -> Array:
         wave = np.sin(1.4 * np.pi * time) * (0.5 + 0.15 * time)
         return np.asarray(14.0 * wave + 6.0 * np.sin(4.6 * np.pi * time))
 
-    bench = ps.Model("FrictionBench")
-    run = bench.simulate(
+    run = ps.Model("FrictionBench").simulate(
         {"friction.law": law, "mass": 2.0, "bench.drive": "Free"},
         # Each value is held for a tenth of a sample: in its middle it is right.
-        inputs={"appliedForce": (often, force(often + 0.05 * STEP))}, stop=3.0, step=0.1 * STEP,
+        inputs={"appliedForce": (often, force(often + 0.05 * STEP))}, stop=duration, step=0.1 * STEP,
     )  # fmt: skip
-    position = run["position"][::10] + 1e-7 * np.random.default_rng(0).standard_normal(3001)
-    data = {"time": often[::10], "force": force(often[::10]), "position": position}
-    found = ps.fit(data, experiment="force", law=law, settings={"mass": 2.0}, progress=False)
+    noise = 1e-7 * np.random.default_rng(0).standard_normal(number + 1)
+    return {"time": often[::10], "force": force(often[::10]), "position": run["position"][::10] + noise}
+
+
+@pytest.mark.parametrize("law", ["Coulomb", "Stribeck", "ElastoPlastic"])
+def test_whole_records_go_on_from_what_segments_gave(law: str) -> None:
+    """Smoothing spoils a break-away."""
+    found = ps.fit(exact(law, 3.0), experiment="force", law=law, settings={"mass": 2.0}, progress=False)
+    defaults = ps.Model("FrictionBench").parameters
     for name, value in found.values.items():
-        assert value == pytest.approx(bench.parameters[name].default, rel=2e-3), name
+        assert value == pytest.approx(defaults[name].default, rel=2e-3), name
     assert found.verdict.light == "green" and found.rms["position"] < 1.1e-7
+
+
+@pytest.mark.parametrize(("law", "has_best"), [("Coulomb", True), ("LuGre", False)])
+def test_interrupt_among_whole_records_keeps_what_segments_gave(law: str, has_best: bool) -> None:
+    def stop(text: str) -> None:
+        if "whole records, inputs smooth" in text:
+            raise KeyboardInterrupt
+
+    with pytest.raises(ps.Interrupted) as caught:
+        ps.fit(exact(law, 1.0), experiment="force", law=law, settings={"mass": 2.0}, progress=stop)
+    found = caught.value.finished
+    assert (found is not None) is has_best
+    if has_best:
+        assert found.message == "it was interrupted" and found.rms["position"] < 1e-4

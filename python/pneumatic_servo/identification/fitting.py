@@ -265,7 +265,10 @@ def _fit(
     problem = started(problem)
     whole = WholeRecords.of(problem, records, validation, extra)
     if whole is not None:
-        problem = whole.from_balance(problem, watch)
+        try:
+            problem = whole.from_balance(problem, watch)
+        except KeyboardInterrupt:
+            raise Interrupted("interrupted") from None
     fitted = problem.trained()
     _conditions(fitted, records, cross_validate)
     _check_start(fitted)
@@ -278,6 +281,7 @@ def _fit(
             uncut = whole.from_segments(fitted, best, watch)
             if uncut is not None:
                 problem, fitted = uncut, uncut.trained().bounded()
+                watch.best = fitted.start
                 best = solve(fitted, 0, seed, loss, executor, watch)
         fitted, best = with_likely_sensors(fitted, best, loss, watch)
         watch.stage("intervals")

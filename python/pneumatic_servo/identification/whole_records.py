@@ -85,6 +85,7 @@ class WholeRecords(NamedTuple):
             return segments
         segments = _better(segments, free)
         ends = self._ends(free, watch)
+        watch.best = None
         best = min(ends, key=lambda end: end.loudness)
         if best.loudness >= AT_NOISE:
             # Data that whole records of the other form describe are exact enough for whole records of the given one.
@@ -101,7 +102,11 @@ class WholeRecords(NamedTuple):
         """
         if 2.0 * found.cost / segments.size < AT_NOISE:
             return None
-        best = min(self._ends(_at(segments.free, found.x), watch), key=lambda end: end.loudness)
+        try:
+            best = min(self._ends(_at(segments.free, found.x), watch), key=lambda end: end.loudness)
+        finally:
+            # Until they are taken, the best vector is the one of the segments.
+            watch.best = found.x
         return self._noted(best).begun() if best.loudness < 2.0 * found.cost / segments.size else None
 
     def _ends(self, free: Sequence[Free], watch: Watch) -> list[_Whole]:
