@@ -3,7 +3,7 @@
 use pneumatic_servo::variables::{Kind, Role};
 
 use crate::causes::{Candidates, Change, Changeable, Choice, DAMPING_SPEED, MODEL, is_clocked, suspected};
-use crate::experiment::{Experiment, Given, parameter};
+use crate::experiment::{Experiment, Given, OF_LOAD, parameter};
 use crate::law::usual;
 use crate::parameter::{Parameter, SPAN, Values};
 use crate::problem::{Interrupted, Simulated};
@@ -65,6 +65,16 @@ pub fn sensors(experiment: &dyn Experiment) -> Vec<String> {
     // The zero of a position that prescribes a motion has no effect.
     names.retain(|name| experiment.given().kind.name != "motion" || name != "offset.position");
     names
+}
+
+/// Names of what may be estimated beside the parameters of the model: of sensors, of a bench, and of a load level.
+pub fn estimable(experiment: &dyn Experiment) -> Vec<String> {
+    let given = experiment.given();
+    let of_load = OF_LOAD.into_iter().filter(|name| given.table.table().find(name).is_none());
+    let is_of_seal = |name: &&str| ["area", OF_LOAD[0]].contains(name);
+    let of_bench = experiment.of_bench().into_iter().chain(of_load);
+    let of_bench = of_bench.filter(|name| given.has("pressure") || !is_of_seal(name)).map(str::to_owned);
+    sensors(experiment).into_iter().chain(of_bench).collect()
 }
 
 /// The thermal model of a rig and the others.

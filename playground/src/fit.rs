@@ -3,7 +3,8 @@
 use std::cell::{Cell, RefCell};
 
 use pneumatic_servo_fit::Refused;
-use pneumatic_servo_fit::experiment::{self, Given, Kind, Options, of_kind};
+use pneumatic_servo_fit::candidates;
+use pneumatic_servo_fit::experiment::{Given, Kind, Options, of_kind};
 use pneumatic_servo_fit::fitting::{self, Answer, Course, Estimate, NoAnswer, Question};
 use pneumatic_servo_fit::law::usual;
 use pneumatic_servo_fit::parameter::Values;
@@ -51,7 +52,7 @@ pub fn estimable(question: &str) -> Result<Value, String> {
     Ok(match of_kind(given) {
         Ok(experiment) => json!({
             "usual": usual.into_iter().chain(experiment.unknown().into_iter().map(str::to_owned)).collect::<Vec<_>>(),
-            "others": experiment::estimable(&*experiment),
+            "others": candidates::estimable(&*experiment),
             "lacking": null,
         }),
         Err(Refused(lacking)) => json!({ "usual": usual, "others": [], "lacking": lacking }),

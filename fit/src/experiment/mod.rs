@@ -23,7 +23,6 @@ pub use cylinder::pressure_force;
 pub use segments::{OfRecord, segments};
 
 use crate::arrays::interpolate;
-use crate::candidates;
 use crate::law;
 use crate::parameter::{Parameter, Values};
 use crate::record::{Record, Signals, unit_of};
@@ -31,7 +30,7 @@ use crate::refused::Refused;
 use crate::smoothing::low_pass;
 
 /// Parameters of the cylinder that make the load level of a bench.
-const OF_LOAD: [&str; 2] = ["friction.kappaA", "friction.direction.factor"];
+pub const OF_LOAD: [&str; 2] = ["friction.kappaA", "friction.direction.factor"];
 
 /// Options of the use of the data.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -379,16 +378,6 @@ pub fn parameter(experiment: &dyn Experiment, name: &str) -> Result<Parameter, R
     };
     Parameter::of_variable(entry.variable)
         .ok_or_else(|| Refused(format!("{name} is no real parameter, so that it cannot be estimated")))
-}
-
-/// Names of what may be estimated beside the parameters of the model: of sensors, of a bench, and of a load level.
-pub fn estimable(experiment: &dyn Experiment) -> Vec<String> {
-    let given = experiment.given();
-    let of_load = OF_LOAD.into_iter().filter(|name| given.table.table().find(name).is_none());
-    let is_of_seal = |name: &&str| ["area", OF_LOAD[0]].contains(name);
-    let of_bench = experiment.of_bench().into_iter().chain(of_load);
-    let of_bench = of_bench.filter(|name| given.has("pressure") || !is_of_seal(name)).map(str::to_owned);
-    candidates::sensors(experiment).into_iter().chain(of_bench).collect()
 }
 
 /// A model of the library.
