@@ -219,7 +219,8 @@ class Model(ModelDescription):
         """
         grid = self._grid(start, stop, step, every)
         settings = self._settings(parameters)
-        given_inputs, inputs = inputs, inputs_of("inputs", self.variables, inputs)
+        has_lines = isinstance(inputs, Run) and inputs.has_lines
+        inputs = inputs_of("inputs", self.variables, inputs)
         if isinstance(parameters, HasSettings):
             # A sheet, a fit or a run has start values of inputs, which those over time replace.
             settings = {name: value for name, value in settings.items() if name not in inputs}
@@ -239,7 +240,6 @@ class Model(ModelDescription):
         if period is not None or delay != 0.0:
             raise ValueError("period and delay are for a controller, and none is given")
         driven = [(name, course(self.inputs, name, given)) for name, given in inputs.items()]
-        has_lines = isinstance(given_inputs, Run) and given_inputs.has_lines
         recorded = self._recorded(outputs, inputs)
         by = names("sensitivities", sensitivities)
         given, settings = settings, self._fitted(settings)
@@ -393,6 +393,7 @@ class Model(ModelDescription):
         """
         grid = self._grid(start, stop, step, every)
         shared = self._settings(common, "common")
+        has_lines = isinstance(inputs, Run) and inputs.has_lines
         inputs = inputs_of("inputs", self.variables, inputs)
         threads = available_cores() if workers is None else whole_number("workers", workers, least=1)
         number = _number_of_inputs(inputs) if number is None else whole_number("number", number, least=1)
@@ -417,7 +418,7 @@ class Model(ModelDescription):
         runs = self._all_fitted(shared, runs)
         driven = {name: courses(self.inputs, name, given, len(runs), grid) for name, given in inputs.items()}
         recorded = self._recorded(outputs, inputs)
-        work = Work(self.name, shared, runs, driven, grid.numbers, list(recorded))
+        work = Work(self.name, shared, runs, driven, grid.numbers, list(recorded), lines=has_lines)
         number = len(runs) if resume is None else len(work.missing(resume))
         with _shown(progress, self.name, number, " runs") as tell:
 
@@ -568,12 +569,12 @@ class Model(ModelDescription):
         for law in laws:
             if known is not None:
                 values.checked(known, law)
-        given, inputs = self._settings(parameters), inputs_of("inputs", self.variables, inputs)
+        given, named = self._settings(parameters), inputs_of("inputs", self.variables, inputs)
         for name in ("friction.law", "friction.lawNumber"):
             if name in given:
                 raise ValueError(f"the law is given twice, among the laws and as {name} among the parameters")
         unlike = effects.unlike(self.variables, laws, given)
-        seen = [*(inputs if controller is None else self.inputs), *([COUNTED] if given.get(COUNTS) else [])]
+        seen = [*(named if controller is None else self.inputs), *([COUNTED] if given.get(COUNTS) else [])]
         try:
             runs = self.simulate_many(
                 [{"friction.law": law} for law in laws],

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from pneumatic_servo import checks
 from pneumatic_servo.checks import mapping
 from pneumatic_servo.constant_voltage import AtRest
-from pneumatic_servo.errors import MissingPackage
+from pneumatic_servo.errors import MissingPackage, warn
 from pneumatic_servo.gases import AIR, CONSTANT, relative_density
 from pneumatic_servo.names import did_you_mean
 from pneumatic_servo.sensitivities import Gradient, Replay, Sensitivities
@@ -62,8 +62,9 @@ class Run:
     """A run: ``run.time`` in s and, by name, the recorded variables in SI units.
 
     The row at t shows the inputs that were in force up to t, so that a recorded input lags the given one by a row.
-    Given to `simulate` or `fit` a run has its inputs as they were given, and so have its tables. Inputs are held over
-    a step but in runs of a fit with ``has_lines``: there they run on straight lines from row to row.
+    Given to `simulate`, `simulate_many`, `compare` or `fit` a run has its inputs as they were given, and so have its
+    tables. Inputs are held over a step but in runs of a fit with ``has_lines``: there they run on straight lines from
+    row to row, which tables do not tell.
 
     Attributes
     ----------
@@ -180,17 +181,27 @@ class Run:
         """Return a table with a column per variable and the time in s as its index.
 
         Inputs belong to the step that begins at each row, as in `to_csv`, so that the table can be simulated and
-        fitted as it is, also after it was edited or written by pandas.
+        fitted as it is, also after it was edited or written by pandas. Of a run with ``has_lines`` the table has them
+        at its rows, which a warning tells: a simulation of the table holds them.
         """
         try:
             import pandas
         except ImportError as error:
             raise MissingPackage("pandas", "pandas") from error
+        self._tell_lines()
         return pandas.DataFrame(
             np.array(self._given()).T.reshape(len(self), len(self.variables)),
             index=pandas.Index(self.time, name="time"),
             columns=list(self.variables),
         )
+
+    def _tell_lines(self) -> None:
+        """Warn of a table that says less than the run."""
+        if self.has_lines:
+            warn(
+                "the inputs of this run are on straight lines from row to row, and a simulation of its table holds "
+                "them: give the run itself as inputs"
+            )
 
     def _given(self) -> list[Array]:
         """Return the columns of all variables, inputs as they were given."""
@@ -206,10 +217,12 @@ class Run:
         """Write a table with a column per variable; the file appears as a whole or not at all.
 
         Inputs are written as they were given: each holds from its row on. So the table can be simulated and fitted as
-        it is, and gives the same bits where every step was recorded.
+        it is, and gives the same bits where every step was recorded. Of a run with ``has_lines`` the table has them at
+        its rows, which a warning tells: a simulation of the table holds them.
         """
         from pneumatic_servo.files import write_csv
 
+        self._tell_lines()
         columns = [self.time, *self._given()]
         write_csv(Path(file), ["time", *self.variables], zip(*(column.tolist() for column in columns), strict=True))
 
@@ -254,7 +267,9 @@ class Run:
         (200,)
         """
         if self._replay is None:
-            raise ValueError("only runs that `simulate` has made, one by one, have gradients")
+            raise ValueError(
+                "only runs that `simulate` has made, one by one, with inputs held over each step, have gradients"
+            )
         for name in mapping("cotangents", cotangents):
             if _kind(self.variables, name) != "real":
                 raise ValueError(f"{name} is no real number, and has no derivative")

@@ -162,11 +162,11 @@ def exact(law: str, duration: float) -> dict[str, Array]:
 
 @pytest.mark.parametrize("law", ["Coulomb", "Stribeck", "ElastoPlastic"])
 def test_whole_records_go_on_from_what_segments_gave(law: str) -> None:
-    """Smoothing spoils a break-away."""
+    """Smoothing spoils a break-away; where segments leave no more than noise, they are kept."""
     found = ps.fit(exact(law, 3.0), experiment="force", law=law, settings={"mass": 2.0}, progress=False)
     defaults = ps.Model("FrictionBench").parameters
     for name, value in found.values.items():
-        assert value == pytest.approx(defaults[name].default, rel=2e-3), name
+        assert value == pytest.approx(defaults[name].default, rel=5e-3), name
     assert found.verdict.light == "green" and found.rms["position"] < 1.1e-7
 
 
@@ -177,8 +177,40 @@ def test_interrupt_among_whole_records_keeps_what_segments_gave(law: str, has_be
             raise KeyboardInterrupt
 
     with pytest.raises(ps.Interrupted) as caught:
-        ps.fit(exact(law, 1.0), experiment="force", law=law, settings={"mass": 2.0}, progress=stop)
+        ps.fit(exact(law, 1.0), experiment="force", law=law, settings={"mass": 2.2}, starts=0, progress=stop)
     found = caught.value.finished
     assert (found is not None) is has_best
     if has_best:
         assert found.message == "it was interrupted" and found.rms["position"] < 1e-4
+
+
+def test_noisy_force_that_varies_between_samples_is_not_half_a_sample_late() -> None:
+    """Held, it moves the friction by ten of its intervals, of which twice one holds all but for one time in 2,000."""
+    data = exact("Coulomb", 3.0)
+    rng = np.random.default_rng(1)
+    data["position"] += 1e-6 * rng.standard_normal(len(data["time"]))
+    data["force"] += 0.2 * rng.standard_normal(len(data["time"]))
+    found = ps.fit(data, experiment="force", law="Coulomb", settings={"mass": 2.0}, starts=0, progress=False)
+    bench = ps.Model("FrictionBench")
+    for name, one in found.parameters.items():
+        assert abs(one.value - bench.parameters[name].default) < one.high - one.low < 0.03 * one.value, (name, one)
+    assert any("between samples" in note for note in found.notes)
+
+
+def test_runs_of_a_fit_under_an_exact_force_are_repeated_and_tables_warn() -> None:
+    """By its settings alone the bench is free, and a held force half a sample late."""
+    data = exact("Coulomb", 1.0)
+    found = ps.fit(data, experiment="force", law="Coulomb", settings={"mass": 2.0}, segment=10.0, starts=0,
+                   progress=False)  # fmt: skip
+    run, bench = found.simulate(), ps.Model("FrictionBench")
+    assert run.has_lines and run[["position", "appliedForce"]].has_lines
+    given = {"stop": run.time[-1], "step": STEP, "outputs": ["position"]}
+    several = bench.simulate_many([run.settings, run.settings], inputs=run, **given)
+    assert np.max(np.abs(several["position"] - run["position"])) < 1e-12
+    plain = bench.simulate(found, inputs={"appliedForce": (data["time"], data["force"])}, **given)
+    assert 1e-6 < np.max(np.abs(plain["position"] - run["position"])) < 5e-4
+    with pytest.warns(ps.PlantWarning, match="on straight lines from row to row"):
+        run.to_pandas()
+    again = bench.simulate(run.settings, inputs=run, **given)
+    with pytest.raises(ValueError, match="with inputs held over each step"):
+        again.vjp({"position": 1.0})

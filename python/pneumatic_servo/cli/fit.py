@@ -63,7 +63,8 @@ def add(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--width", type=float, default=0.04, metavar="S", help="width of smoothing (default: 0.04 s)")
     parser.add_argument(
         "--inputs",
-        help="between samples: held, on straight lines, or smooth (default: held; of exact forces what fits)",
+        metavar="held|lines|smooth",
+        help="course between samples, on straight lines or a smooth curve (default: held, but of forces what fits)",
     )
     parser.add_argument("--loss", default="linear", help="linear, soft_l1, huber or cauchy (default: linear)")
     parser.add_argument("--intervals", default="jacobian", help="jacobian, profile or bootstrap (default: jacobian)")

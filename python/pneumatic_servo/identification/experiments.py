@@ -127,7 +127,7 @@ class Options:
         about 0.15 s where measured forces move a mass, never otherwise.
     inputs : str or None
         Course of measured inputs between samples: ``held``, on straight ``lines``, or ``smooth``, on a curve through
-        them; by default held, and where whole records are simulated, the one that leaves no more than noise.
+        them; by default held, but of ``force`` the one that leaves least. Pressures that move a mass are always smooth.
     """
 
     rated: float = 1.0

@@ -63,8 +63,12 @@ class Fitted:
 
         The start is the fitted start of the first segment: position, velocity and pressures.
         """
-        start = self.problem.begins(self.x)[0] if self.problem.windows else {}
-        known = {**start, "friction.law": self.law, **self.problem.experiment.settings, **self.values}
+        experiment = self.problem.experiment
+        start: dict[str, Value] = dict(self.problem.begins(self.x)[0]) if self.problem.windows else {}
+        if experiment.name == "force":
+            # By default a spring pulls the bench.
+            start["bench.drive"] = "Free"
+        known = {**start, "friction.law": self.law, **experiment.settings, **self.values}
         table = self.problem.experiment.table
         return {name: value for name, value in known.items() if name in table.variables}
 

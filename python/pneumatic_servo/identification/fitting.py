@@ -32,7 +32,7 @@ from pneumatic_servo.identification.signals import SIGNALS, SLIDING, Units, star
 from pneumatic_servo.identification.solve import Solution, solve, with_likely_sensors
 from pneumatic_servo.identification.table import Column, Measured, columns_of, listed, measured
 from pneumatic_servo.identification.watch import Told, Watch, told
-from pneumatic_servo.identification.whole_records import WholeRecords
+from pneumatic_servo.identification.whole_records import WholeRecords, under_likely_inputs
 from pneumatic_servo.model import Model, Parameters
 from pneumatic_servo.names import did_you_mean, renamed
 from pneumatic_servo.run_errors import Interrupted
@@ -277,6 +277,7 @@ def _fit(
     notes += _told_early(fitted, watch)
     try:
         best = solve(fitted, starts, seed, loss, executor, watch)
+        problem, fitted, best = under_likely_inputs(problem, fitted, best, loss, watch)
         if whole is not None and problem.experiment.options.window is None:
             uncut = whole.from_segments(fitted, best, watch)
             if uncut is not None:

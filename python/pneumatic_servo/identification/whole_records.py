@@ -127,8 +127,7 @@ class WholeRecords(NamedTuple):
         left = "nothing but noise is left so" if best.loudness < AT_NOISE else "segments of smoothed forces leave more"
         experiment.notes.append(f"records are simulated as a whole, and forces are not smoothed: {left}")
         if experiment is not self.problems[0].experiment:
-            how = "on straight lines" if experiment.options.inputs == "lines" else "on a smooth curve"
-            experiment.notes.append(f"between samples the inputs run {how}: held ones leave more")
+            experiment.notes.append(_note_on(experiment.options.inputs))
         return best
 
 
@@ -162,6 +161,30 @@ class _Whole(NamedTuple):
         """Return the problem from the end of the search on."""
         problem = replace(self.problem, other_form=other_form)
         return problem.begun(self.trained, self.found.x).with_free(_at(problem.free, self.found.x))
+
+
+def under_likely_inputs(
+    problem: Problem, fitted: Problem, found: Solution, loss: str, watch: Watch
+) -> tuple[Problem, Problem, Solution]:
+    """Return a problem, its fitted part and a solution under the course of a measured force that leaves least."""
+    own = fitted.experiment
+    if own.name != "force" or own.options.inputs is not None:
+        return problem, fitted, found
+    ends = [(own, found)]
+    for course in INPUTS[1:]:
+        watch.stage(f"inputs {course}")
+        experiment = own.with_options(inputs=course)
+        experiment.notes.extend([*own.notes, _note_on(course)])
+        ends.append((experiment, refine(replace(fitted, experiment=experiment), found.x, loss, watch, ROUGH)))
+    experiment, found = min(ends, key=lambda end: end[1].cost)
+    watch.best = found.x
+    return replace(problem, experiment=experiment), replace(fitted, experiment=experiment), found
+
+
+def _note_on(course: str | None) -> str:
+    """Return a note on inputs that are not held."""
+    how = "on straight lines" if course == "lines" else "on a smooth curve"
+    return f"between samples the inputs run {how}: held ones leave more"
 
 
 def _other_form(end: _Whole, watch: Watch) -> OtherForm | None:
