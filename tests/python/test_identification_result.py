@@ -26,7 +26,7 @@ def fitted(**given: Any) -> Fit:
     units = given.pop("units", Units(is_rotating=True))
     table = ps.Model("FrictionBench")
     experiment = SimpleNamespace(
-        table=table, units=units, settings={"friction.coulomb.sigma2": 2.0, FC: 99.0, "incline": 0.1},
+        name="force", table=table, units=units, settings={"friction.coulomb.sigma2": 2.0, FC: 99.0, "incline": 0.1},
     )  # fmt: skip
     usual: dict[str, Any] = {
         "converged": True, "law": "Coulomb",
@@ -58,7 +58,7 @@ def test_settings_are_those_of_the_model() -> None:
     found = fitted()
     assert found.settings == {
         "friction.law": "Coulomb", "friction.coulomb.sigma2": 2.0, FC: 1.23456789, "mass": 0.5,
-        "position0": 0.1, "velocity0": -0.2,
+        "position0": 0.1, "velocity0": -0.2, "bench.drive": "Free",
     }  # fmt: skip
     assert found.values == {FC: 1.23456789, "gain.force": 2.0, "mass": 0.5} and found.beside == ["gain.force"]
     assert found.units.is_rotating
@@ -120,7 +120,7 @@ def test_set_of_values_says_how_to_read_its_units(tmp_path: Path) -> None:
             "N.m" in described
         )
         names = {one.get("name") for one in root.iter() if one.tag.endswith("}Parameter")}
-        assert names == {"friction.law", "friction.coulomb.sigma2", FC, "mass", "position0", "velocity0"}
+        assert names == {*fitted().settings}
 
 
 def test_fit_is_shown_as_a_text_and_on_a_page() -> None:
