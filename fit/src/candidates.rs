@@ -71,7 +71,7 @@ pub fn sensors(experiment: &dyn Experiment) -> Vec<String> {
 pub fn estimable(experiment: &dyn Experiment) -> Vec<String> {
     let given = experiment.given();
     let of_load = OF_LOAD.into_iter().filter(|name| given.table.table().find(name).is_none());
-    let is_of_seal = |name: &&str| ["area", OF_LOAD[0]].contains(name);
+    let is_of_seal = |name: &&str| ["area", "friction.kappaA"].contains(name);
     let of_bench = experiment.of_bench().into_iter().chain(of_load);
     let of_bench = of_bench.filter(|name| given.has("pressure") || !is_of_seal(name)).map(str::to_owned);
     sensors(experiment).into_iter().chain(of_bench).collect()

@@ -17,7 +17,7 @@ from pneumatic_servo.errors import Refused
 from pneumatic_servo.grid import Grid
 from pneumatic_servo.names import did_you_mean
 from pneumatic_servo.plant_warnings import warn_ends, warn_saturation
-from pneumatic_servo.run import Run
+from pneumatic_servo.run import Run, held_from
 from pneumatic_servo.tables import is_counted, numbers, of_frame, read_table
 from pneumatic_servo.units import in_unit, is_quantity, magnitude, to_si
 from pneumatic_servo.variables import Value, Variable, Variables
@@ -80,9 +80,9 @@ def replayed(variables: Variables, run: Run) -> dict[str, Input]:
     return {name: (run.time, run.given(name)) for name in names}
 
 
-def held_from(recorded: Array) -> Array:
-    """Return the values from each row on, of the values up to it."""
-    return np.append(recorded[1:], recorded[-1:])
+def has_lines(given: object) -> bool:
+    """Tell whether inputs are a run whose inputs ran on straight lines from row to row."""
+    return isinstance(given, Run) and given.has_lines
 
 
 def of_table(variables: Variables, table: Table) -> tuple[dict[str, Input], float]:

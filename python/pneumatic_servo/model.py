@@ -23,6 +23,7 @@ from pneumatic_servo.inputs import (
     course,
     courses,
     extremes_of,
+    has_lines,
     inputs_of,
     settings_of_runs,
     shape,
@@ -219,7 +220,7 @@ class Model(ModelDescription):
         """
         grid = self._grid(start, stop, step, every)
         settings = self._settings(parameters)
-        has_lines = isinstance(inputs, Run) and inputs.has_lines
+        lines = has_lines(inputs)
         inputs = inputs_of("inputs", self.variables, inputs)
         if isinstance(parameters, HasSettings):
             # A sheet, a fit or a run has start values of inputs, which those over time replace.
@@ -248,11 +249,11 @@ class Model(ModelDescription):
         with _shown(progress, f"{self.name}", grid.count, " steps") as tell, self._with_units():
             found, rows, failure, ended, notices, extremes, told = _native.simulate(
                 self._native, list(settings.items()), driven, grid.numbers, list(recorded),
-                [*by, *followed], tell, has_lines,
+                [*by, *followed], tell, lines,
             )  # fmt: skip
         slopes = None if told is None else Sensitivities.of(by, followed, recorded, grid.times()[:rows], told)
-        replay = None if has_lines else Replay(self._native, settings, driven, grid, list(self.inputs), followers)
-        run = Run(grid.times()[:rows], found[:, :rows], recorded, settings, slopes, replay, has_lines=has_lines)
+        replay = None if lines else Replay(self._native, settings, driven, grid, list(self.inputs), followers)
+        run = Run(grid.times()[:rows], found[:, :rows], recorded, settings, slopes, replay, has_lines=lines)
         if isinstance(ended, Refused):
             raise self._in_unit(ended) from None
         if ended is not None:
@@ -393,7 +394,7 @@ class Model(ModelDescription):
         """
         grid = self._grid(start, stop, step, every)
         shared = self._settings(common, "common")
-        has_lines = isinstance(inputs, Run) and inputs.has_lines
+        lines = has_lines(inputs)
         inputs = inputs_of("inputs", self.variables, inputs)
         threads = available_cores() if workers is None else whole_number("workers", workers, least=1)
         number = _number_of_inputs(inputs) if number is None else whole_number("number", number, least=1)
@@ -418,7 +419,7 @@ class Model(ModelDescription):
         runs = self._all_fitted(shared, runs)
         driven = {name: courses(self.inputs, name, given, len(runs), grid) for name, given in inputs.items()}
         recorded = self._recorded(outputs, inputs)
-        work = Work(self.name, shared, runs, driven, grid.numbers, list(recorded), lines=has_lines)
+        work = Work(self.name, shared, runs, driven, grid.numbers, list(recorded), lines=lines)
         number = len(runs) if resume is None else len(work.missing(resume))
         with _shown(progress, self.name, number, " runs") as tell:
 

@@ -58,6 +58,11 @@ class Consumption:
         return self.mass / self.duration
 
 
+def held_from(recorded: Array) -> Array:
+    """Return the values from each row on, of the values up to it."""
+    return np.append(recorded[1:], recorded[-1:])
+
+
 class Run:
     """A run: ``run.time`` in s and, by name, the recorded variables in SI units.
 
@@ -211,7 +216,7 @@ class Run:
         """Return a variable, of shape (rows,); of an input that was held, the values that hold from each row on."""
         column = self[name]
         is_held = self.variables[name].role == "input" and not self.has_lines
-        return np.append(column[1:], column[-1:]) if is_held else column
+        return held_from(column) if is_held else column
 
     def to_csv(self, file: str | Path) -> None:
         """Write a table with a column per variable; the file appears as a whole or not at all.

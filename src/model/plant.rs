@@ -199,7 +199,7 @@ impl Plant {
         Ok(())
     }
 
-    /// Lets the input in a place vary with a slope in 1/s during the next step; one that is true or false keeps its value.
+    /// Lets the real input in a place vary with a slope in 1/s during the next step; then it keeps the value it has reached.
     ///
     /// # Panics
     /// If there is no such place.

@@ -161,8 +161,8 @@ def exact(law: str, duration: float) -> dict[str, Array]:
 
 
 @pytest.mark.parametrize("law", ["Coulomb", "Stribeck", "ElastoPlastic"])
-def test_whole_records_go_on_from_what_segments_gave(law: str) -> None:
-    """Smoothing spoils a break-away; where segments leave no more than noise, they are kept."""
+def test_exact_force_that_varies_gives_the_law_at_the_defaults(law: str) -> None:
+    """By segments, or, where these leave more than noise, by whole records that go on from them."""
     found = ps.fit(exact(law, 3.0), experiment="force", law=law, settings={"mass": 2.0}, progress=False)
     defaults = ps.Model("FrictionBench").parameters
     for name, value in found.values.items():

@@ -73,7 +73,8 @@ impl Experiment for Pneumatic {
         begin
     }
 
-    /// Voltage and supply, of those that are not held the means over each step, and the force that carries the carriage against the measured pressures.
+    /// Voltage and supply, of those that are not held the means over each step, and the force that carries the carriage against the
+    /// measured pressures.
     fn inputs(&self, segment: &MeasuredSegment, values: &Values) -> Vec<(&'static str, Vec<f64>)> {
         let given = &self.given;
         let of_step = |signal: &'static str| {

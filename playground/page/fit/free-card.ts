@@ -7,7 +7,7 @@ import type { Choices, FitContext } from "./study";
 /** Parameters that may be free, with those that usually are first; others are added by name. */
 export function freeList(context: FitContext): HTMLElement {
   const { study, library } = context;
-  const usual = study.usual();
+  const { usual, others: beside } = study.estimable;
   const names = [...usual, ...study.free.filter((name) => !usual.includes(name))];
   const boxes = names.map((name) => {
     const box = element("input", { type: "checkbox" });
@@ -22,7 +22,7 @@ export function freeList(context: FitContext): HTMLElement {
   const candidates = of.variables
     .filter(({ kind, role, name }) => kind === "Real" && (role === "fixed" || role === "tunable") && !names.includes(name))
     .map(({ name }) => name);
-  const others = [...candidates, ...study.estimable.others.filter((name) => !names.includes(name))];
+  const others = [...candidates, ...beside.filter((name) => !names.includes(name))];
   const list = element("datalist", { id: "free-names" }, ...others.map((value) => element("option", { value })));
   const problem = element("span", { class: "problem", role: "alert" });
   const input = element("input", {

@@ -269,8 +269,10 @@ def _fit(
             problem = whole.from_balance(problem, watch)
         except KeyboardInterrupt:
             raise Interrupted("interrupted") from None
+        # Vectors of whole records are none of segments.
+        watch.best = None
     fitted = problem.trained()
-    _conditions(fitted, records, cross_validate)
+    groups = _conditions(fitted, records, cross_validate)
     _check_start(fitted)
     fitted = fitted.bounded()
     notes += assumed(problem.experiment, [parameter.name for parameter in free])
@@ -282,6 +284,7 @@ def _fit(
             uncut = whole.from_segments(fitted, best, watch)
             if uncut is not None:
                 problem, fitted = uncut, uncut.trained().bounded()
+                groups = _conditions(fitted, records, cross_validate)
                 watch.best = fitted.start
                 best = solve(fitted, 0, seed, loss, executor, watch)
         fitted, best = with_likely_sensors(fitted, best, loss, watch)
@@ -291,7 +294,6 @@ def _fit(
         raise _interrupted(problem, fitted, watch, notes) from None
     tell_underivable(fitted)
     found = _finished(problem, fitted, best, sure, [*notes, *dict.fromkeys(problem.experiment.notes)])
-    groups = _conditions(fitted, records, cross_validate)
     try:
         if groups:
             watch.stage("cross-validation")

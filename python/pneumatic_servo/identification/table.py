@@ -14,9 +14,8 @@ from numpy.typing import NDArray
 from pneumatic_servo.argument_names import quoted
 from pneumatic_servo.columns import Table, names_and_units
 from pneumatic_servo.identification.signals import SIGNALS, si_of
-from pneumatic_servo.inputs import held_from
 from pneumatic_servo.names import did_you_mean
-from pneumatic_servo.run import Run
+from pneumatic_servo.run import Run, held_from
 from pneumatic_servo.tables import numbers, of_frame, read_table
 from pneumatic_servo.units import scale
 

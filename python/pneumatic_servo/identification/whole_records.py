@@ -85,15 +85,15 @@ class WholeRecords(NamedTuple):
             return segments
         segments = _better(segments, free)
         ends = self._ends(free, watch)
-        watch.best = None
         best = min(ends, key=lambda end: end.loudness)
         if best.loudness >= AT_NOISE:
             # Data that whole records of the other form describe are exact enough for whole records of the given one.
             for end in ends:
                 if (form := _other_form(end, watch)) is not None:
                     return end.begun(form)
-        most = _mean_square(segments.with_free(_at(free, best.found.x)))
-        return self._noted(best).begun() if best.loudness < max(most, AT_NOISE) else segments
+            if best.loudness >= _mean_square(segments.with_free(_at(free, best.found.x))):
+                return segments
+        return self._noted(best).begun()
 
     def from_segments(self, segments: Problem, found: Solution, watch: Watch) -> Problem | None:
         """Return the problem that whole records bear from what segments gave, if it leaves less than these.
