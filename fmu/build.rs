@@ -3,13 +3,13 @@
 use std::path::{Path, PathBuf};
 use std::{env, fs, io};
 
-#[path = "src/fnv.rs"]
+#[path = "variant/src/fnv.rs"]
 mod fnv;
 
 /// Files that the library is made from, relative to the root of the repository: the plant, the interface, and the versions
 /// of their dependencies.
-const FILES: [&str; 3] = ["Cargo.toml", "Cargo.lock", "fmu/Cargo.toml"];
-const FOLDERS: [&str; 2] = ["src", "fmu/src"];
+const FILES: [&str; 4] = ["Cargo.toml", "Cargo.lock", "fmu/Cargo.toml", "fmu/variant/Cargo.toml"];
+const FOLDERS: [&str; 3] = ["src", "fmu/src", "fmu/variant/src"];
 
 fn main() -> io::Result<()> {
     let package = PathBuf::from(env::var_os("CARGO_MANIFEST_DIR").unwrap_or_default());
@@ -22,7 +22,7 @@ fn main() -> io::Result<()> {
         println!("cargo::rerun-if-changed={}", root.join(path).display());
     }
     files.sort();
-    let mut hash = fnv::Hash::new();
+    let mut hash = fnv::Hash::default();
     for file in &files {
         hash.add(file.as_bytes());
         hash.add(&fs::read(root.join(file))?);

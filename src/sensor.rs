@@ -79,16 +79,24 @@ impl Sensor {
         let Quantity { unit, display, most, error } = quantity;
         let own = |reference: u32, name: &str| {
             let variable = Variable::parameter(reference, name, unit, 0.0);
-            Variable { display, ..variable }.range(0.0, most).nominal(error)
+            Variable { display, ..variable }.range(0.0, most).plausible(2e-3 * error, 1e2 * error).nominal(error)
         };
         let time = |reference: u32, name: &str| {
-            Variable::parameter(reference, name, units::SECOND, 0.0).range(0.0, 1e3).nominal(5e-3).shown_in("ms")
+            Variable::parameter(reference, name, units::SECOND, 0.0)
+                .range(0.0, 1e3)
+                .plausible(1e-5, 2.0)
+                .nominal(5e-3)
+                .shown_in("ms")
         };
         [
-            own(0, "offset").range(-most, most).text("Error of the sensor at any value"),
+            own(0, "offset")
+                .range(-most, most)
+                .plausible(-500.0 * error, 500.0 * error)
+                .text("Constant error of the sensor, added to the signal"),
             time(1, "lag").absent_at_zero().text("Time constant of the sensor, first order; 0: none"),
             own(2, "noise").text("Standard deviation of the noise of a sample; needs a sample time"),
-            own(3, "resolution").text("Step of the readings; 0: none; needs a sample time"),
+            own(3, "resolution")
+                .text("Resolution: the readings are multiples of it; 0: not rounded. Needs a sample time"),
             time(4, "sampleTime")
                 .meaning(Meaning::Sampling)
                 .text("Time between samples, from the start on; 0: the reading is continuous"),

@@ -269,11 +269,99 @@ fn has_effect(
                 }
             };
             if after != before {
+                // A variable with an effect counts, before or after the change.
+                let variable =
+                    model.table().find(name.split('=').next().expect("a name")).expect("the variable").variable;
+                let changed = match *value {
+                    Change::Parameter(parameter, value) => vec![(parameter, value)],
+                    Change::Input(_) => vec![],
+                };
+                let after = context.iter().copied().filter(|(name, _)| changed.iter().all(|(own, _)| own != name));
+                let after = after.chain(changed.iter().copied()).collect();
+                let lacks = [&context, &after].map(|rig| model.table().lack(variable, &values_with(model, rig)));
+                assert!(lacks.contains(&None), "{} with {context:?}: {name} counts; {lacks:?}", model.name);
                 return true;
             }
         }
     }
     false
+}
+
+/// The values of all parameters of a model with changes.
+fn values_with(model: &'static Model, changes: &Changes) -> Vec<f64> {
+    let mut setup = Setup::new(model);
+    changes.iter().for_each(|(name, value)| setup.change(name, *value).expect("a legal value"));
+    setup.parameters().to_vec()
+}
+
+/// Another legal value of a parameter for a rig.
+fn another(model: &'static Model, rig: &Changes, variable: &'static Variable) -> Option<(&'static str, f64)> {
+    let (start, nominal) = (variable.start?, variable.nominal.unwrap_or(1.0));
+    let near = [0.97 * start, 1.1 * start, 0.1 * nominal, -0.1 * nominal, start + 1.0, start - 1.0];
+    let legal = |value: &f64| *value != start && is_legal(model, &[&rig[..], &[(&variable.name, *value)]].concat());
+    Some((variable.name.as_str(), near.into_iter().find(legal)?))
+}
+
+/// Variables without effect, by the table, leave every bit of a run when all are changed at once.
+#[test]
+fn variables_that_lack_a_condition_have_no_effect() {
+    let mut tried = 0;
+    for model in models::ALL {
+        let table = model.table();
+        assert_eq!(table.problem(), None);
+        let more =
+            [vec![("actuation", 3.0), ("switching.command", 3.0)], vec![("actuation", 4.0)], vec![("actuation", 5.0)]];
+        let more = more.into_iter().filter(|_| model.name == "PneumaticServoCylinder");
+        for rig in [vec![]].into_iter().chain(rigs(model)).chain(of_options(model)).chain(more) {
+            let parameters = values_with(model, &rig);
+            let idle = table.parameters().filter(|it| table.lack(it, &parameters).is_some() && it.chooses.is_none());
+            let idle = idle.filter(|variable| rig.iter().all(|(name, _)| *name != variable.name));
+            let mut changed = rig.clone();
+            for variable in idle {
+                changed.extend(another(model, &changed, variable));
+            }
+            tried += changed.len() - rig.len();
+            let before = digest(model, &rig, None);
+            if digest(model, &changed, None) != before {
+                let alone = changed[rig.len()..].iter().copied();
+                let found = alone.filter(|it| digest(model, &[&rig[..], &[*it]].concat(), None) != before);
+                panic!("{} with {rig:?}: an effect of {:?}", model.name, found.collect::<Vec<_>>());
+            }
+            for (place, _) in table.inputs().enumerate().filter(|(_, it)| table.lack(it, &parameters).is_some()) {
+                let name = &table.inputs().nth(place).expect("the input").name;
+                assert_eq!(
+                    digest(model, &rig, Some(place)),
+                    before,
+                    "{} with {rig:?}: an effect of {name}",
+                    model.name
+                );
+            }
+        }
+    }
+    assert!(tried > 1000, "{tried}");
+}
+
+/// An output that lacks a condition is 0 all along.
+#[test]
+fn outputs_that_lack_a_condition_are_0() {
+    for model in models::ALL {
+        let table = model.table();
+        for rig in [vec![]].into_iter().chain(rigs(model)).chain(of_options(model)) {
+            let parameters = values_with(model, &rig);
+            let idle: Vec<bool> = table.computed().map(|it| table.lack(it, &parameters).is_some()).collect();
+            let (mut simulation, ..) = start(model, &rig);
+            let mut computed = vec![0.0; idle.len()];
+            for time in [0.0, 0.01, 0.02] {
+                if simulation.advance(time).is_err() {
+                    break;
+                }
+                simulation.values(&mut computed);
+                for ((variable, value), _) in table.computed().zip(&computed).zip(&idle).filter(|(_, idle)| **idle) {
+                    assert_eq!(*value, 0.0, "{} with {rig:?}: {}", model.name, variable.name);
+                }
+            }
+        }
+    }
 }
 
 fn default_item(table: &Table, name: &str) -> bool {

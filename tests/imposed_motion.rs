@@ -172,6 +172,39 @@ fn friction_at_rest_answers_the_force_within_its_limits() {
     }
 }
 
+/// A tool holds still while chamber A vents, and the load level falls with its pressure below the force that the contact holds.
+/// Every law gives a force for that, and springs no larger one than the level leaves.
+#[test]
+fn contact_at_rest_gives_way_to_a_load_level_that_falls() {
+    for (_, law, _) in pneumatic_servo::friction::LAWS.items {
+        for (kappa, direction) in [(1e-6, 1.0), (5e-6, 1.0), (5e-6, -1.0)] {
+            let rig = imposed(law).set("friction.kappaA", kappa).set("valveVoltage", 9.0);
+            let mut running =
+                rig.set("imposedPosition", 0.25).set("imposedVelocity", 0.05 * direction).start().unwrap();
+            running.advance(0.2).unwrap_or_else(|error| panic!("{law}: {error}"));
+            running.set("imposedPosition", 0.25 + 0.01 * direction);
+            running.set("imposedVelocity", 0.0);
+            running.set("valveVoltage", 1.0);
+            running.advance(0.201).unwrap();
+            let (level, events) = (running.get("friction.level"), running.get("solver.events"));
+            for step in 1..500 {
+                let end = 0.201 + 2e-3 * f64::from(step);
+                running.advance(end).unwrap_or_else(|error| panic!("{law} at {end} s with {kappa}: {error}"));
+                if matches!(*law, "Armstrong" | "StickSlipSpring") {
+                    let limit = 11.0 * running.get("friction.level");
+                    let force = direction * running.get("frictionForce");
+                    assert!((-1e-9..=limit + 1e-9).contains(&force), "{law} at {end} s: {force} N, of {limit} N");
+                }
+            }
+            assert!(running.get("friction.level") < 0.8 * level, "{law}: the level falls");
+            if matches!(*law, "Armstrong" | "StickSlipSpring") {
+                let since = running.get("solver.events") - events;
+                assert!(since < 3.0, "{law}: {since} events at rest");
+            }
+        }
+    }
+}
+
 /// Mass, weight, start values and the other inputs of a free carriage do not count.
 #[test]
 fn mass_of_an_imposed_motion_is_that_of_the_tool() {
@@ -195,9 +228,10 @@ fn coupling_is_a_spring_with_a_damper() {
     const STIFFNESS: f64 = 2e5;
     let natural = (STIFFNESS / 0.88f64).sqrt();
     for damping in [0.0, 2.0 * 0.88 * natural] {
-        let rig = imposed("None").set("chamberA.open", 1.0).set("chamberB.open", 1.0).set("imposedVelocity", 0.2);
+        let rig = imposed("None").set("chamberA.open", 1.0).set("chamberB.open", 1.0);
         let rig = rig.set("coupling.compliance", 1.0 / STIFFNESS).set("coupling.damping", damping);
         let mut running = rig.set("solver.relativeTolerance", 1e-9).start().unwrap();
+        running.set("imposedVelocity", 0.2);
         for index in 0..100 {
             // The velocity alone could not tell where the far end is.
             running.set("imposedPosition", 0.25 + 0.2 * 1e-3 * f64::from(index));
@@ -214,6 +248,17 @@ fn coupling_is_a_spring_with_a_damper() {
             close(running.get("rodForce"), force, 2e-4, format_args!("N at {time} s"));
         }
     }
+}
+
+/// A coupling is relaxed at the start: the carriage is where the imposed motion is, and moves with it.
+#[test]
+fn coupled_carriage_starts_where_the_motion_is() {
+    let rig = imposed("Stribeck").set("coupling.compliance", 1e-6).set("coupling.damping", 500.0);
+    let mut running = rig.set("imposedPosition", 0.35).set("imposedVelocity", 0.1).start().unwrap();
+    assert_eq!(["position", "velocity", "rodForce"].map(|name| running.get(name)), [0.35, 0.1, 0.0]);
+    running.set("imposedPosition", 0.35);
+    running.advance(1e-3).unwrap();
+    assert!(running.get("rodForce").abs() < 200.0, "{} N", running.get("rodForce"));
 }
 
 /// Under a set-valued law a carriage at rest holds a coupling exactly, until it breaks away.
@@ -246,7 +291,10 @@ fn couplings_and_motions_without_a_meaning_are_refused() {
     running.set("imposedPosition", -0.1);
     let error = running.advance(1e-3).expect_err("no volume").to_string();
     assert!(error.contains("chamberA.pressure"), "{error}");
-    let mut running = imposed("None").set("imposedPosition", 0.9).start().unwrap();
-    let error = running.advance(1e-3).expect_err("no volume").to_string();
-    assert!(error.contains("imposedPosition is so far beyond cylinder.stroke"), "{error}");
+    for (position, stroke, chamber) in [(0.9, 0.5, "chamber B"), (0.25, 0.15, "chamber B"), (-0.1, 0.5, "chamber A")] {
+        let rig = imposed("None").set("imposedPosition", position).set("cylinder.stroke", stroke);
+        let error = rig.set("position0", 0.1).start().err().expect("no volume at the start");
+        assert_eq!((error.variable.as_str(), error.value), ("imposedPosition", position));
+        assert!(error.reason.contains(chamber), "{error}");
+    }
 }

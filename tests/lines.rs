@@ -307,11 +307,11 @@ fn port_without_a_hose_has_a_passage_of_50_mm() {
 /// Choked filling through `supply.C` is linear in time, and the valve sees the vessel.
 #[test]
 fn vessel_fills_and_droops() {
-    let mut plant = held(&[("supply.volume", 2e-3), ("supply.C", 1e-9), ("supplyPressure", 1e5)]);
+    let mut plant = held(&[("supply.volume", 2e-3), ("supply.C", 1e-9), ("supplyPressure", AMBIENT)]);
     plant.set("supplyPressure", 20e5).unwrap();
     plant.advance_to(0.1).unwrap();
     let found = get(&mut plant, "supply.vesselPressure");
-    let expected = 1e5 + GAS / 2e-3 * 1e-9 * 20e5 * 1.185 * 0.1;
+    let expected = AMBIENT + GAS / 2e-3 * 1e-9 * 20e5 * 1.185 * 0.1;
     close(found / expected, 1.0, 1e-14, format_args!("{found} Pa, not {expected}"));
 
     // Cut off, the vessel gives the chamber what it has: one pressure in both at the end.
@@ -327,7 +327,8 @@ fn vessel_fills_and_droops() {
     }
 }
 
-/// A valve empties a vessel into a chamber, both below ambient pressure, until both are the same.
+/// A valve empties a vessel into a chamber until both are the same, below ambient pressure. A supply below ambient acts as ambient: the
+/// vessel starts there.
 #[test]
 fn vessel_below_ambient_gives_what_it_has() {
     let mut plant = held(&[
@@ -339,11 +340,34 @@ fn vessel_below_ambient_gives_what_it_has() {
     ]);
     plant.advance_to(1.0).unwrap();
     let chamber = 5e-6 + area(0.016) * 0.25;
-    let expected = (5e4 * 1e-5 + 2e4 * chamber) / (1e-5 + chamber);
+    let expected = (AMBIENT * 1e-5 + 2e4 * chamber) / (1e-5 + chamber);
     for name in ["supply.vesselPressure", "chamberA.pressure"] {
         let found = get(&mut plant, name);
         // The supply adds some 10 Pa through the smallest conductance there is.
         close(found / expected, 1.0, 1e-3, format_args!("{name}: {found}, not {expected}"));
+    }
+}
+
+/// A solver inside and one outside start alike where nothing is connected to the supply.
+#[test]
+fn vessel_without_a_supply_starts_at_ambient_pressure() {
+    let setup = Setup::new(&MODEL).set("supply.volume", 1e-3).unwrap().set("supplyPressure", 0.0).unwrap();
+    let mut plant = setup.start(0.0).unwrap();
+    close(get(&mut plant, "supply.vesselPressure"), AMBIENT, 0.0, "in co-simulation");
+    plant.advance_to(0.1).unwrap();
+    close(get(&mut plant, "supply.vesselPressure"), AMBIENT, 1e-6, "in co-simulation");
+    assert!(setup.exchange(0.0).unwrap().is_some(), "in model exchange");
+}
+
+/// Whoever asks for a hose where the port is plugged is told.
+#[test]
+fn line_to_an_open_chamber_is_told() {
+    for (name, value) in [("hoseB.length", 1.0), ("throttleB.C", 1e-9), ("quickExhaustB.C", 1e-8)] {
+        let noticed = |open: f64| {
+            let setup = Setup::new(&MODEL).set(name, value).unwrap().set("chamberB.open", open).unwrap();
+            setup.start(0.0).unwrap().notices().any(|notice| notice.variable == name && notice.value == value)
+        };
+        assert_eq!([0.0, 1.0].map(noticed), [false, true], "{name}");
     }
 }
 

@@ -100,6 +100,39 @@ fn infinite_slope_behind_a_break_away_is_told() {
     }
 }
 
+/// A force beyond break-away turns the motion without a rest. Below an exponent of about 0.8 friction is so steep there that this is told;
+/// else the derivative equals the difference of runs.
+#[test]
+fn steep_friction_where_the_motion_turns_is_told() {
+    let run = |exponent: f64, mass: f64| {
+        let changes = [
+            ("friction.stribeck.delta", exponent.into()),
+            ("mass.moving", mass.into()),
+            ("velocity0", 0.3.into()),
+            ("externalForce", (-200.0).into()),
+            ("solver.relativeTolerance", 1e-10.into()),
+        ];
+        let mut plant = start(&pneumatic_servo_cylinder::MODEL, &changes);
+        plant.carry_sensitivities(&["mass.moving"]).expect("a parameter");
+        plant.advance_to(0.02).expect("turns");
+        assert!(plant.get("velocity").expect("a variable") < 0.0);
+        plant
+    };
+    for (exponent, is_told) in [(0.5, true), (0.6, true), (0.75, true), (0.9, false), (1.0, false), (2.0, false)] {
+        let mut plant = run(exponent, 0.88);
+        let lost = told(&mut plant, 0);
+        assert_eq!(lost.is_some(), is_told, "{exponent}: {lost:?}");
+        if !is_told {
+            let place = plant.table().computed().position(|it| it.name == "velocity").expect("a computed variable");
+            let found = plant.sensitivities(0).expect("a derivative")[place];
+            let [more, less] =
+                [0.88 + 1e-6, 0.88 - 1e-6].map(|mass| run(exponent, mass).get("velocity").expect("a variable"));
+            let difference = (more - less) / 2e-6;
+            assert!((found - difference).abs() < 1e-3 * difference.abs(), "{exponent}: {found} for {difference}");
+        }
+    }
+}
+
 /// At 0 and 10 V more of the voltage does something else than less, with and without play; what does not move it is none the worse.
 #[test]
 fn voltage_just_at_an_end_of_its_range_is_told() {
@@ -112,7 +145,7 @@ fn voltage_just_at_an_end_of_its_range_is_told() {
         }
         for direction in [0, 1] {
             let told = told(&mut plant, direction);
-            let expected = "from t = 0.1 s on, at valveVoltage: more of it does something else than less";
+            let expected = "from t = 0.1 s on, at valveVoltage: its slope upwards differs from its slope downwards";
             assert_eq!(told.is_some(), is_told, "{voltage} V, {play}: {told:?}");
             assert!(told.as_ref().is_none_or(|told| told.ends_with(expected)), "{voltage} {play} {direction} {told:?}");
         }
@@ -192,7 +225,7 @@ fn names_of_no_direction_are_refused() {
         (&["coil[1]"], "there are no sensitivities with respect to coil[1]: it is true or false"),
         (
             &["friction.direction.damping"],
-            "there are no sensitivities with respect to friction.direction.damping: it is 0, and more of it does",
+            "there are no sensitivities with respect to friction.direction.damping: it is 0, and its slope upwards",
         ),
         (&["hoseA.length"], "there are no sensitivities with respect to hoseA.length: it is 0, which stands for none"),
         (

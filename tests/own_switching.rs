@@ -113,6 +113,26 @@ fn pulses_cost_their_edges() {
     assert!(20.0 * jacobians < steps, "{jacobians} implicit steps, which cost twice as much as explicit ones");
 }
 
+/// Where a valve opens with its coil, the communication step does not tell when: not even where its points are close behind the
+/// beginning of a period, as those of 1 ms are at 9.2 Hz.
+#[test]
+fn pulses_without_a_delay_begin_on_time() {
+    let direct = [("switching.openingDelay", 0.0), ("switching.frequency", 9.2), ("valveVoltage", 7.0)];
+    let course = |divisions: u32| {
+        let mut running = switched("Coulomb", "Closed", &direct).start().unwrap();
+        let ends = (1..=2000 * divisions).map(|step| {
+            running.advance(f64::from(step) * 1e-3 / f64::from(divisions)).unwrap();
+            ["position", "chamberA.pressure"].map(|name| running.get(name))
+        });
+        ends.skip(divisions as usize - 1).step_by(divisions as usize).collect::<Vec<_>>()
+    };
+    let (whole, halved) = (course(1), course(2));
+    let apart = |place: usize| largest(whole.iter().zip(&halved).map(|(one, two)| (one[place] - two[place]).abs()));
+    let (position, pressure) = (apart(0), apart(1));
+    assert!(whole.iter().any(|[position, _]| *position > 0.3), "it moves");
+    assert!(position < 2e-7 && pressure < 20.0, "{position} m, {pressure} Pa");
+}
+
 /// A duty cycle counts from the period on that begins after it is set, on a communication point or not.
 #[test]
 fn voltage_counts_at_the_beginning_of_a_period() {

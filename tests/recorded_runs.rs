@@ -160,8 +160,10 @@ fn random_set(model: &'static Model, law: Option<i32>, name: &str, seed: u64) ->
             Kind::Integer => start + 1.0,
             Kind::Enumeration(of) => f64::from(of.items[(0.5 * (1.0 + by) * of.items.len() as f64) as usize].0),
         };
-        // A law whose force would jump at each reversal refuses it.
-        let is_refused = name == "Leuven" && variable.name == "friction.direction.factor";
+        // Some laws refuse another friction by direction.
+        let mut changed = setup.clone();
+        let is_refused = variable.name == "friction.direction.factor"
+            && (changed.change(&variable.name, value).is_err() || changed.start(0.0).is_err());
         if !is_refused && setup.change(&variable.name, value).is_ok() {
             changes.push((variable.name.as_str(), value));
         }

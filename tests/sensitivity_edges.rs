@@ -167,3 +167,43 @@ fn options_that_are_off_at_zero_have_the_slope_of_a_little_of_them() {
         assert!(distance < 1e-3, "{by}: {distance}");
     }
 }
+
+/// The air of the first little leak has the temperature of the chamber with the higher pressure.
+#[test]
+fn leak_past_the_piston_begins_with_the_energy_of_the_air_that_passes() {
+    let voltages: [Course; 2] = [|_| 3.0, |_| 7.0];
+    for voltage in voltages {
+        let setup = setup("Stribeck", &[]).set("thermal.model", "EnergyBalance").expect("a thermal model");
+        for name in ["chamberA.temperature", "chamberB.temperature", "chamberA.pressure"] {
+            let [with, without] = [1e-18, 0.0]
+                .map(|leakage| rows(&setup.clone().set("piston.leakage", leakage).expect("legal"), voltage, 0.1, name));
+            let found = slopes(&setup, voltage, 0.1, "piston.leakage", [name]);
+            let differences: Vec<f64> =
+                with.iter().zip(without).map(|(with, without)| (with - without) / 1e-18).collect();
+            let largest = differences.iter().fold(0.0f64, |most, it| most.max(it.abs()));
+            for (row, ([found], difference)) in found.into_iter().zip(differences).enumerate() {
+                let off = (found - difference).abs();
+                assert!(off < 2e-3 * largest, "{name}, {} V, row {row}: {found} for {difference}", voltage(0.0));
+            }
+        }
+    }
+}
+
+/// A carriage that starts at an end of its stroke can start further inside alone: the slope is that to the inside.
+#[test]
+fn start_at_an_end_of_the_stroke_has_the_slope_to_the_inside() {
+    let voltages: [Course; 3] = [|_| 5.0, |_| 3.0, |_| 7.0];
+    let mut wrong = Vec::new();
+    for law in ["LuGre", "Coulomb", "None"] {
+        for (place, inside) in [(0.0, 1e-10), (0.5, -1e-10)] {
+            for voltage in voltages {
+                let setup = setup(law, &[("position0", place)]);
+                let distance = distance(&setup, voltage, 0.05, "position0", [inside, 0.0]);
+                if distance > 1e-3 || distance.is_nan() {
+                    wrong.push(format!("{law} at {place} m, {} V: {distance}", voltage(0.0)));
+                }
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}

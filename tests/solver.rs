@@ -18,13 +18,13 @@ const ADAPTIVE: Settings =
 /// `x'' = -x`, with a motion around the unit circle; counts its evaluations.
 #[derive(Clone)]
 struct Oscillator {
-    is_gentle: bool,
+    is_non_stiff: bool,
     evaluations: Cell<u32>,
 }
 
 impl Oscillator {
-    fn new(is_gentle: bool) -> Self {
-        Self { is_gentle, evaluations: Cell::new(0) }
+    fn new(is_non_stiff: bool) -> Self {
+        Self { is_non_stiff, evaluations: Cell::new(0) }
     }
 }
 
@@ -37,7 +37,7 @@ impl System<1> for Oscillator {
         problem::all([x[1], -x[0]])
     }
     fn hints<S: Varying, const N: usize>(&self, _: &[S; N], _: &Self::Memory<S>) -> Hints {
-        Hints { explicit: self.is_gentle.then_some(LongestSteps::UNLIMITED), ..Hints::default() }
+        Hints { explicit: self.is_non_stiff.then_some(LongestSteps::UNLIMITED), ..Hints::default() }
     }
 }
 
@@ -52,6 +52,9 @@ impl System<1> for Follower {
     type Memory<S: Varying> = ();
     type Indicators<S: Varying> = [S; 0];
     const RELAXING: Option<StateIndex> = Some(StateIndex::Back(0));
+    fn states(&self) -> usize {
+        3
+    }
     fn derivatives<S: Scalar, const N: usize>(&self, time: S, x: &[S; N], u: &[S; 1], (): &()) -> [S; N] {
         let [rate, acceleration] = self.0.derivatives(time, &[x[0], x[1]], u, &());
         problem::all([rate, acceleration, (x[0] - x[2]) * FOLLOWING])
@@ -94,7 +97,7 @@ impl System<1> for TwoSprings {
 struct Stiff {
     rate: f64,
     /// Whether it claims to be non-stiff.
-    is_gentle: bool,
+    is_non_stiff: bool,
 }
 
 impl System<1> for Stiff {
@@ -108,7 +111,7 @@ impl System<1> for Stiff {
         true
     }
     fn hints<S: Varying, const N: usize>(&self, _: &[S; N], _: &Self::Memory<S>) -> Hints {
-        Hints { explicit: self.is_gentle.then_some(LongestSteps::UNLIMITED), ..Hints::default() }
+        Hints { explicit: self.is_non_stiff.then_some(LongestSteps::UNLIMITED), ..Hints::default() }
     }
 }
 
@@ -188,7 +191,7 @@ fn work_grows_with_the_fourth_root_of_the_tolerance() {
 #[test]
 fn stiffness_does_not_limit_the_step() {
     let run = |rate: f64| {
-        let mut run = problem::run(Stiff { rate, is_gentle: false }, ADAPTIVE, [1.0], (), 0.0);
+        let mut run = problem::run(Stiff { rate, is_non_stiff: false }, ADAPTIVE, [1.0], (), 0.0);
         run.advance(10.0).unwrap();
         let x = problem::states(&run);
         ((x[0] - 10.0f64.cos()).abs(), run.counters().steps)
@@ -201,7 +204,7 @@ fn stiffness_does_not_limit_the_step() {
 
 /// Non-stiff equations are solved without Jacobians, and as accurately.
 #[test]
-fn gentle_equations_need_no_jacobian() {
+fn non_stiff_equations_need_no_jacobian() {
     for tolerance in [1e-3, 1e-4, 1e-5, 1e-6] {
         let settings = Settings { tolerance, ..ADAPTIVE };
         let mut run = problem::run(Oscillator::new(true), settings, [1.0, 0.0], (), 0.0);
@@ -309,7 +312,7 @@ fn midpoint_rule_ends_on_kinks_itself() {
 #[test]
 fn stiffness_where_none_was_said_to_be_costs_some_steps_and_no_accuracy() {
     let settings = Settings { tolerance: 1e-5, ..ADAPTIVE };
-    let mut run = problem::run(Stiff { rate: 1e6, is_gentle: true }, settings, [1.0], (), 0.0);
+    let mut run = problem::run(Stiff { rate: 1e6, is_non_stiff: true }, settings, [1.0], (), 0.0);
     for point in 1..=10 {
         run.advance(0.1 * f64::from(point)).unwrap();
     }
@@ -363,7 +366,7 @@ fn inputs_with_a_slope_are_integrated_exactly() {
 fn explicit_stages_know_their_time() {
     for tolerance in [1e-3, 1e-6] {
         let settings = Settings { tolerance, ..ADAPTIVE };
-        let mut run = problem::run(Stiff { rate: 1.0, is_gentle: true }, settings, [1.0], (), 0.0);
+        let mut run = problem::run(Stiff { rate: 1.0, is_non_stiff: true }, settings, [1.0], (), 0.0);
         for point in 1..=100 {
             run.advance(0.1 * f64::from(point)).unwrap();
         }
@@ -386,7 +389,7 @@ fn work_within_one_call_is_bounded() {
 #[test]
 fn an_explicit_scheme_beyond_its_stability_is_an_error() {
     let settings = Settings { scheme: Scheme::ExplicitEuler, step: 0.1, ..ADAPTIVE };
-    let mut run = problem::run(Stiff { rate: 1e6, is_gentle: false }, settings, [2.0], (), 0.0);
+    let mut run = problem::run(Stiff { rate: 1e6, is_non_stiff: false }, settings, [2.0], (), 0.0);
     let error = run.advance(100.0).unwrap_err();
     let StepError::Diverged { step, .. } = error else { panic!("{error}") };
     close(step, 0.1, 1e-15, "an explicit scheme beyond its stability is an error");

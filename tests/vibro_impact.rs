@@ -6,6 +6,8 @@ mod rig;
 use std::f64::consts::{PI, TAU};
 
 use bounds::{close, within};
+use pneumatic_servo::model::Setup;
+use pneumatic_servo::models::vibro_impact::MODEL;
 use rig::{Rig, Running};
 
 const INTERNAL: f64 = 0.5;
@@ -266,4 +268,49 @@ fn period(friction: f64) -> usize {
 #[test]
 fn motion_of_period_one_and_two_and_irregular_motion_occur() {
     assert_eq!([1.8, 0.95, 1.06].map(period), [1, 2, 0]);
+}
+
+/// Where the masses touch at the start, and the excitation presses them at once, the derivative to both sides
+/// follows the motion after the start. A displacement that opens a gap is used up within a time that falls with its third root.
+#[test]
+fn masses_that_touch_at_the_start_have_derivatives() {
+    let setup = Setup::new(&MODEL).set("solver.relativeTolerance", 1e-11).expect("legal");
+    for (by, changes, bound) in [
+        ("excitation.amplitude", [1e-5, -1e-5], 1e-3),
+        ("spring.k1", [1e-3, -1e-3], 1e-3),
+        ("impact.stiffness", [1e-1, -1e-1], 1e-3),
+        ("displacement0", [1e-10, 0.0], 1e-3),
+        ("displacement0", [0.0, -1e-10], 1e-2),
+        ("impact.gap", [1e-10, -1e-10], 2e-2),
+    ] {
+        let value = setup.get(by).expect("a parameter");
+        let [one, other] = changes.map(|change| {
+            let mut plant = setup.clone().set(by, value + change).expect("legal").start(0.0).expect("starts");
+            plant.advance_to(0.02).expect("advances");
+            plant.get("displacement").expect("a variable")
+        });
+        let difference = (one - other) / (changes[0] - changes[1]);
+        let mut plant = setup.start(0.0).expect("starts");
+        plant.carry_sensitivities(&[by]).expect("a parameter");
+        plant.advance_to(0.02).expect("advances");
+        let place = plant.table().computed().position(|it| it.name == "displacement").expect("a computed variable");
+        let found = plant.sensitivities(0).unwrap_or_else(|lost| panic!("by {by}: {lost}"))[place];
+        assert!(
+            (found - difference).abs() <= bound * difference.abs(),
+            "by {by}: {found}, by differences {difference}"
+        );
+    }
+}
+
+/// Masses that touch and rest do so with the impact spring to one side, and without it to the other.
+#[test]
+fn masses_that_rest_in_touch_have_no_derivative() {
+    let setup = Setup::new(&MODEL).set("excitation.amplitude", 0.0).expect("legal");
+    for by in ["displacement0", "impact.gap", "excitation.amplitude"] {
+        let mut plant = setup.start(0.0).expect("starts");
+        plant.carry_sensitivities(&[by]).expect("a parameter");
+        plant.advance_to(0.02).expect("advances");
+        let lost = plant.sensitivities(0).expect_err("two sides");
+        assert_eq!(lost.event, "impact", "by {by}: {lost}");
+    }
 }

@@ -2,13 +2,19 @@
 
 use pneumatic_servo::variables::{Kind, Role};
 
-use crate::causes::{Candidates, Change, Changeable, Choice, DAMPING_SPEED, MODEL, is_clocked, suspected};
+use crate::causes::{
+    ALL_GAUGE, Candidates, Change, Changeable, Choice, DAMPING_SPEED, GAUGE, MODEL, PRESSURES, is_clocked, suspected,
+};
 use crate::experiment::{Experiment, Given, OF_LOAD, parameter};
 use crate::law::usual;
 use crate::parameter::{Parameter, SPAN, Values};
 use crate::problem::{Interrupted, Simulated};
 use crate::record::unit_of;
-use crate::runs::Runs;
+use crate::runs::{OneByOne, Runs};
+use crate::units::STANDARD_ATMOSPHERE;
+
+const CHAMBERS: [&str; 2] = ["chamberA.pressure", "chamberB.pressure"];
+const SUPPLY: &str = "supplyPressure";
 
 /// Candidates of an experiment: what is neither estimated nor measured, nor, of a sensor, known. Sensors are told by their names.
 #[derive(Clone, Debug, PartialEq)]
@@ -40,7 +46,7 @@ pub fn named(experiment: &dyn Experiment, estimated: &[String]) -> Named {
     Named {
         settings: settings.iter().filter_map(|name| freed(experiment, name)).collect(),
         sensors,
-        choices: model.into_iter().chain(damping).collect(),
+        choices: model.into_iter().chain(damping).chain(gauge(given, estimated)).collect(),
         has_clock: is_clocked(given.kind.name),
     }
 }
@@ -67,7 +73,7 @@ pub fn sensors(experiment: &dyn Experiment) -> Vec<String> {
     names
 }
 
-/// Names of what may be estimated beside the parameters of the model: of sensors, of a bench, and of a load level.
+/// Names of what may be estimated beside the parameters of the model: of sensors, of a bench, and of a load factor.
 pub fn estimable(experiment: &dyn Experiment) -> Vec<String> {
     let given = experiment.given();
     let of_load = OF_LOAD.into_iter().filter(|name| given.table.table().find(name).is_none());
@@ -85,6 +91,32 @@ fn model(given: &Given) -> Option<Choice> {
     let (_, name, _) = fixed.first()?;
     let others = others.into_iter().map(|(_, name, _)| (*name).to_owned()).collect();
     Some(Choice { name: MODEL.to_owned(), fixed: (*name).to_owned(), others })
+}
+
+/// Measured pressures of both chambers that count from the atmosphere.
+fn gauge(given: &Given, estimated: &[String]) -> Option<Choice> {
+    let chambers = CHAMBERS.map(|signal| format!("offset.{signal}"));
+    let is_told = chambers.iter().any(|name| estimated.contains(name) || given.known.contains_key(name));
+    if is_told || !CHAMBERS.iter().all(|signal| given.has(signal)) {
+        return None;
+    }
+    let has_supply = given.model.table().find(SUPPLY).is_some() && !estimated.iter().any(|name| name == SUPPLY);
+    let others = [GAUGE].into_iter().chain(has_supply.then_some(ALL_GAUGE)).map(str::to_owned).collect();
+    Some(Choice { name: PRESSURES.to_owned(), fixed: "absolute".to_owned(), others })
+}
+
+/// Values in place of the known ones, if measured pressures count from the atmosphere.
+pub fn gauge_values(experiment: &dyn Experiment, item: &str) -> Values {
+    let given = experiment.given();
+    let mut values: Values = CHAMBERS.iter().map(|signal| (format!("offset.{signal}"), -STANDARD_ATMOSPHERE)).collect();
+    if item == ALL_GAUGE && given.has(SUPPLY) {
+        let name = format!("offset.{SUPPLY}");
+        let own = given.beside(&name, &Values::new(), 0.0);
+        values.insert(name, own - STANDARD_ATMOSPHERE);
+    } else if item == ALL_GAUGE {
+        values.insert(SUPPLY.to_owned(), given.value(SUPPLY, &Values::new()) + STANDARD_ATMOSPHERE);
+    }
+    values
 }
 
 /// Both forms of LuGre: with a damping of the bristles that decays with speed, and with a constant one.
@@ -113,21 +145,16 @@ fn freed(experiment: &dyn Experiment, name: &str) -> Option<Parameter> {
     if free.is_logarithmic() && start <= 0.0 { None } else { Some(free.at(start)) }
 }
 
-impl Changeable for Runs<'_> {
-    fn signals(&self) -> Vec<String> {
-        self.experiment.compared().iter().map(|signal| (*signal).to_owned()).collect()
-    }
-
-    fn changed<'a>(&'a self, change: Change<'a>) -> Result<Box<dyn Simulated + 'a>, Interrupted> {
-        let mut runs = Runs {
-            parameters: self.parameters.clone(),
-            segments: self.segments.clone(),
-            fixed: self.fixed.clone(),
-            ..*self
-        };
+impl<'a> Runs<'a> {
+    /// Runs with a change.
+    pub fn changed(&self, change: Change<'_>) -> Self {
+        let mut runs = self.clone();
         match change {
             Change::Estimated(parameter) => runs.parameters.push(parameter.clone()),
             Change::Clock(clock) => runs.clock = clock,
+            Change::Chosen { name, item } if name == PRESSURES => {
+                runs.fixed.extend(gauge_values(self.experiment, item));
+            }
             Change::Chosen { name, item } => {
                 let entry = self.experiment.given().model.table().find(name).expect("a setting of the model");
                 let value = match entry.variable.kind {
@@ -139,6 +166,21 @@ impl Changeable for Runs<'_> {
                 runs.fixed.insert(name.to_owned(), value.expect("an item of the choice"));
             }
         }
-        Ok(Box::new(runs))
+        runs
+    }
+
+    /// Names of the compared signals.
+    pub fn signals(&self) -> Vec<String> {
+        self.experiment.compared().iter().map(|signal| (*signal).to_owned()).collect()
+    }
+}
+
+impl Changeable for OneByOne<'_> {
+    fn signals(&self) -> Vec<String> {
+        self.runs.signals()
+    }
+
+    fn changed<'a>(&'a self, change: Change<'a>) -> Result<Box<dyn Simulated + 'a>, Interrupted> {
+        Ok(Box::new(OneByOne { runs: self.runs.changed(change), told: self.told }))
     }
 }

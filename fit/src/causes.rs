@@ -44,6 +44,12 @@ const NEAR: f64 = 0.2;
 const TIME: &str = "time";
 /// Name of the choice of a thermal model.
 pub const MODEL: &str = "thermal.model";
+/// Name of the choice of what measured pressures count from, and its items: absolute pressures are the model's.
+pub const PRESSURES: &str = "the pressures of both chambers";
+/// Both chambers count from the atmosphere.
+pub const GAUGE: &str = "from the atmosphere";
+/// The supply does, too.
+pub const ALL_GAUGE: &str = "from the atmosphere, like the supply";
 /// Speed in m/s above which the damping of LuGre's bristles decays; with 0 it is constant, as in the first publication.
 pub const DAMPING_SPEED: &str = "friction.lugre.vd";
 
@@ -212,6 +218,11 @@ fn best(found: Vec<Cause>) -> Option<Cause> {
     Some(best)
 }
 
+/// Whether an interval excludes the fixed value; one that does not tells nothing of it.
+fn is_apart(parameter: &Parameter, [low, high]: [f64; 2]) -> bool {
+    !(low..=high).contains(&parameter.start)
+}
+
 /// Whether a clock is off by much more than its interval.
 fn is_sure(clock: &Cause) -> bool {
     clock.estimate.is_some_and(|(value, [_, high])| (value - 1.0).abs() > (SURE * (high - value)).max(OFF))
@@ -339,7 +350,8 @@ impl Search<'_> {
         let end = self.refined(&problem, &self.inserted(parameter.inner(parameter.start)))?;
         let (value, interval) = self.estimate(&problem, &end.x)?;
         let text = of_setting(parameter, value, interval);
-        self.judged(&problem, &end.x, &parameter.name, text, Some((value, interval)))
+        let cause = self.judged(&problem, &end.x, &parameter.name, text, Some((value, interval)))?;
+        Ok(cause.filter(|_| is_apart(parameter, interval)))
     }
 
     /// Another item of a choice.
@@ -347,7 +359,10 @@ impl Search<'_> {
         let simulated = self.changeable.changed(Change::Chosen { name, item })?;
         let problem = self.problem(&*simulated, None);
         let end = self.refined(&problem, self.x)?;
-        let text = format!("{name} were {item} in place of {fixed}: is the setting right?");
+        let text = match name.as_str() {
+            PRESSURES => format!("{PRESSURES} counted {item}: give them in barg, kPag or psig"),
+            _ => format!("{name} were {item} in place of {fixed}: is the setting right?"),
+        };
         let cause = self.judged(&problem, &end.x, name, text, None)?;
         Ok(cause.map(|cause| Cause { item: Some(item.to_owned()), ..cause }))
     }
@@ -368,7 +383,10 @@ impl Search<'_> {
         let (value, interval) = self.estimate(&weighed, &end)?;
         let text = of_sensor(parameter, value, interval);
         let cause = self.judged(&problem, &end, &parameter.name, text, Some((value, interval)))?;
-        Ok(cause.map(|cause| Cause { is_sensor: true, ..cause }))
+        // What a fit in proportion promises, the fit itself has to keep.
+        Ok(cause
+            .filter(|cause| cause.share > MUCH && is_apart(parameter, interval))
+            .map(|cause| Cause { is_sensor: true, ..cause }))
     }
 
     /// The clock that fits best, if another one promises much and is off by at least a share.

@@ -14,7 +14,7 @@ use crate::parameter::{Parameter, Values};
 use crate::problem::{FAILED, Interrupted, Problem, STEP, Simulated, TOLERANCE};
 use crate::record::{Record, Signals, split, unit_of};
 use crate::refused::Refused;
-use crate::runs::Runs;
+use crate::runs::{OneByOne, Runs};
 use crate::search::{Loss, Watch, solve, with_likely_sensors};
 use crate::sensor::Sensor;
 
@@ -120,6 +120,10 @@ impl From<Interrupted> for NoAnswer {
 /// [`NoAnswer`].
 pub fn fit(question: &Question, watch: &dyn Watch, told: &dyn Fn(f64)) -> Result<Answer, NoAnswer> {
     let Question { file, estimated, .. } = question;
+    let goes_on = |share| {
+        told(share);
+        true
+    };
     let is_fixed = |name: &String| !estimated.contains(name);
     let known =
         question.known.iter().filter(|(name, _)| is_fixed(name)).map(|(name, value)| (name.clone(), *value)).collect();
@@ -139,35 +143,29 @@ pub fn fit(question: &Question, watch: &dyn Watch, told: &dyn Fn(f64)) -> Result
     notes.extend(assumed(experiment, &question.known, &parameters));
     check_size(experiment, &segments, &parameters)?;
     let parameters = started(experiment, &segments, &parameters);
-    let trained = segments.iter().filter_map(MeasuredSegment::trained).collect();
-    let fixed = Values::new();
-    let mut runs = Runs { experiment, segments: trained, parameters, fixed, clock: 1.0, most: f64::INFINITY, told };
+    let trained: Vec<MeasuredSegment> = segments.iter().filter_map(MeasuredSegment::trained).collect();
+    let mut runs = OneByOne { runs: Runs::new(experiment, &trained, parameters), told };
     let sensors = sensors(experiment, &records);
     let start = problem(&runs, &sensors).start();
     check_start(&runs, &problem(&runs, &sensors), &start)?;
-    runs.limit_work(&start)?;
+    runs.runs.limit_work(&start, TOLERANCE, &goes_on);
     watch.stage("first search");
     let found = solve(&problem(&runs, &sensors), question.starts, 0, Loss::Linear, watch)?;
     let (fitted, best) = with_likely_sensors(problem(&runs, &sensors), found, Loss::Linear, watch)?;
     watch.stage("intervals");
     let sure = certainty(&fitted, &best.x)?;
-    let begun = begun(&segments, &runs, &best.x);
-    let own = &best.x[..runs.parameters.len()];
-    let whole = Runs {
-        segments: begun,
-        parameters: runs.parameters.clone(),
-        fixed: Values::new(),
-        most: f64::INFINITY,
-        ..runs
-    };
-    let readings = whole.readings(own, TOLERANCE);
+    let begun = begun(&segments, &runs.runs, &best.x);
+    let whole = Runs::new(experiment, &begun, runs.runs.parameters.clone());
+    let point = whole.point(&best.x[..whole.parameters.len()]);
+    let read = |place| whole.readings(place, &point, TOLERANCE, &goes_on);
+    let readings: Vec<_> = (0..begun.len()).map(read).collect();
     let residuals = |is_validation| residuals(&whole, &readings, is_validation);
     let rms = residuals(false);
     let noise: BTreeMap<_, _> =
         experiment.compared().iter().zip(&sensors).map(|(signal, sensor)| (*signal, sensor.whole_noise())).collect();
     let beside = rms.iter().map(|(signal, rms)| (*rms, noise[signal]));
     watch.stage("causes of the residuals");
-    let causes = causes(&runs, &candidates(&runs), &fitted, &best.x, is_quiet(beside))?;
+    let causes = causes(&runs, &candidates(&runs.runs), &fitted, &best.x, is_quiet(beside))?;
     let is_simulated = rms.values().all(|rms| rms.is_finite());
     let estimate = |(place, one): (usize, &Parameter)| Estimate {
         parameter: (one.name.clone(), one.unit.clone()),
@@ -194,9 +192,9 @@ pub fn fit(question: &Question, watch: &dyn Watch, told: &dyn Fn(f64)) -> Result
     })
 }
 
-fn problem<'a>(runs: &'a Runs<'_>, sensors: &[Sensor]) -> Problem<'a> {
-    let (parameters, segments) = (runs.parameters.clone(), runs.layout());
-    Problem { parameters, segments, sensors: sensors.to_vec(), simulated: runs, step: STEP }
+fn problem<'a>(simulated: &'a OneByOne<'_>, sensors: &[Sensor]) -> Problem<'a> {
+    let (parameters, segments) = (simulated.runs.parameters.clone(), simulated.runs.layout());
+    Problem { parameters, segments, sensors: sensors.to_vec(), simulated, step: STEP }
 }
 
 /// Estimated parameters by their names.
@@ -272,21 +270,13 @@ fn check_size(
 }
 
 /// Refuses a start that cannot be simulated at all, with the model's own words.
-fn check_start(runs: &Runs<'_>, problem: &Problem<'_>, start: &[f64]) -> Result<(), NoAnswer> {
-    let differences = runs.differences(&[start.to_vec()], TOLERANCE)?.swap_remove(0);
-    if !problem.residuals(&differences).iter().all(|residual| residual.abs() == FAILED) {
+fn check_start(simulated: &OneByOne<'_>, problem: &Problem<'_>, start: &[f64]) -> Result<(), NoAnswer> {
+    let differences = simulated.differences(&[start.to_vec()], TOLERANCE)?.swap_remove(0);
+    if problem.residuals(&differences).iter().any(|residual| residual.abs() != FAILED) {
         return Ok(());
     }
-    let mut again = Runs {
-        segments: runs.segments.clone(),
-        parameters: runs.parameters.clone(),
-        fixed: runs.fixed.clone(),
-        ..*runs
-    };
-    match again.limit_work(start) {
-        Ok(()) => Ok(()),
-        Err(Refused(why)) => Err(Refused(format!("the start values cannot be simulated: {why}")).into()),
-    }
+    let refusal = simulated.runs.refusal(start, TOLERANCE);
+    refusal.map_or(Ok(()), |why| Err(Refused(format!("the start values cannot be simulated: {why}")).into()))
 }
 
 /// All segments, which begin as a vector of the trained ones says; those without fitted samples as they were measured.
@@ -305,17 +295,14 @@ fn begun(segments: &[MeasuredSegment], trained: &Runs<'_>, x: &[f64]) -> Vec<Mea
 }
 
 /// RMS residual of each signal at the fitted samples or at the validation samples; not finite where a run failed.
-fn residuals(runs: &Runs<'_>, readings: &[Option<Vec<Vec<f64>>>], is_validation: bool) -> BTreeMap<&'static str, f64> {
+fn residuals(runs: &Runs<'_>, readings: &[Vec<Vec<f64>>], is_validation: bool) -> BTreeMap<&'static str, f64> {
     let of_signal = |(place, signal): (usize, &&'static str)| {
         let mut differences = Vec::new();
         for (segment, readings) in runs.segments.iter().zip(readings) {
             let rows = (0..segment.used.len())
                 .filter(|row| segment.used[*row] && segment.is_validation[*row] == is_validation);
             let measured = segment.record.of(signal);
-            differences.extend(rows.map(|row| match readings {
-                Some(readings) => measured[row] - readings[place][row],
-                None => f64::NAN,
-            }));
+            differences.extend(rows.map(|row| measured[row] - readings[place][row]));
         }
         (!differences.is_empty()).then(|| (*signal, rms(&differences)))
     };
@@ -323,11 +310,9 @@ fn residuals(runs: &Runs<'_>, readings: &[Option<Vec<Vec<f64>>>], is_validation:
 }
 
 /// Curves of all segments.
-fn courses(runs: &Runs<'_>, readings: Vec<Option<Vec<Vec<f64>>>>) -> Vec<Course> {
-    let of_segment = |(segment, readings): (&MeasuredSegment, Option<Vec<Vec<f64>>>)| {
+fn courses(runs: &Runs<'_>, readings: Vec<Vec<Vec<f64>>>) -> Vec<Course> {
+    let of_segment = |(segment, readings): (&MeasuredSegment, Vec<Vec<f64>>)| {
         let record = &segment.record;
-        let samples = record.time.len();
-        let readings = readings.unwrap_or_else(|| vec![vec![f64::NAN; samples]; runs.experiment.compared().len()]);
         let pair = |(signal, simulated): (&&'static str, Vec<f64>)| (*signal, record.of(signal).to_vec(), simulated);
         Course {
             time: record.time.iter().map(|time| time + record.begin).collect(),

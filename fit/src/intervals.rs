@@ -228,6 +228,8 @@ fn unseen(derivatives: &DMatrix<f64>) -> Vec<bool> {
 fn undetermined(problem: &Problem<'_>, x: &[f64], ends: &[[f64; 2]], blind: &[bool]) -> Vec<Option<&'static str>> {
     let reason = |(place, one): (usize, &crate::parameter::Parameter)| {
         let ([low, high], [least, most]) = (ends[place], one.inner_bounds());
+        // The default of a parameter without a logarithm is 1, as the search sees it.
+        let is_lost = |half: f64| !one.is_logarithmic() && half > 1.0 && low < one.inner(one.legal[0]);
         let half = 0.5 * (high - low);
         if blind[place] || !half.is_finite() {
             Some("the data do not change with it, or only with a combination of parameters")
@@ -235,7 +237,9 @@ fn undetermined(problem: &Problem<'_>, x: &[f64], ends: &[[f64; 2]], blind: &[bo
             Some("its interval is wider than its bounds")
         } else if one.is_logarithmic() && half > 1.0 {
             Some("its interval is wider than from a third to three times its value")
-        } else if [least, most].iter().any(|bound| (x[place] - bound).abs() < AT_BOUND * x[place].abs().max(1.0)) {
+        } else if is_lost(half) {
+            Some("its interval reaches beyond what is possible, and is wider than its usual value")
+        } else if one.is_at_bound_of_user(x[place], AT_BOUND) {
             Some("it is at a bound")
         } else {
             None

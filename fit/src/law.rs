@@ -24,6 +24,13 @@ pub fn group(model: &Model, law: i32) -> String {
     first.map_or(String::new(), |(group, _)| format!("{group}."))
 }
 
+/// Parameters of the viscous friction of a law, which the load factor does not multiply.
+pub fn viscous(model: &Model, law: i32) -> Vec<String> {
+    let group = group(model, law);
+    let names = ["sigma2", "c1", "c2"].map(|kind| format!("{group}{kind}"));
+    names.into_iter().filter(|name| model.table().find(name).is_some()).collect()
+}
+
 /// Parameters of a law that a fit usually estimates: forces, stiffnesses, dampings, velocities and lengths.
 ///
 /// Of the elements those that there are; of `Table` the forces; of GMS the shares too, which make its levels; of Dahl and Leuven

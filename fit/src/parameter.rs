@@ -56,6 +56,13 @@ impl Parameter {
         self.bounds.map(inner)
     }
 
+    /// Whether an inner value is at a bound, within a relative distance, that is none of the model: beyond the latter is nothing.
+    pub fn is_at_bound_of_user(&self, inner: f64, within: f64) -> bool {
+        let is_at = |bound: f64| (inner - bound).abs() < within * inner.abs().max(1.0);
+        let is_of_model = |place: usize| !self.is_bounded && self.bounds[place] == self.legal[place];
+        self.inner_bounds().into_iter().enumerate().any(|(place, bound)| is_at(bound) && !is_of_model(place))
+    }
+
     /// The same with a start from the data, within the bounds; default bounds of a logarithm move along with it.
     pub fn at(&self, start: f64) -> Self {
         let mut moved = self.clone();

@@ -138,12 +138,12 @@ fn check_motion(records: &[Record]) -> Result<(), Refused> {
     Ok(())
 }
 
-/// Refuses intervals within which a carriage does all that it does, or that no rig has.
+/// Refuses intervals that are too long for the motion of a carriage, or that no rig has.
 fn check_intervals(records: &[Record]) -> Result<(), Refused> {
     let [least, most] = INTERVALS;
     let wrong = |step: f64| match step {
         step if step > most => {
-            Some(format!("samples are {step} s apart, between which a carriage does all that it does; is time in ms?"))
+            Some(format!("samples are {step} s apart, too far for the motion of a carriage; is time in ms?"))
         }
         step if step < least => Some(format!("samples are {step} s apart, which no rig has; is time in s?")),
         _ => None,

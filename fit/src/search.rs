@@ -149,7 +149,7 @@ impl Stop {
     fn message(self) -> String {
         match self {
             Self::Interrupted => "it was interrupted".to_owned(),
-            Self::TooMany => format!("{MOST} vectors were tried"),
+            Self::TooMany => format!("{MOST} parameter vectors were evaluated"),
             Self::Settled => SETTLED.to_owned(),
             Self::Still => "the vector no longer changes".to_owned(),
             Self::Stalled => format!("{LOOKED} steps in a row have gained little"),

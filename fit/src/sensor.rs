@@ -12,6 +12,8 @@ const FINEST: f64 = 0.02;
 const LEAST: f64 = 1e-12;
 /// Values that deviate from a lattice by more than this share of its step were not made by a converter.
 const ON_LATTICE: f64 = 0.1;
+/// Levels of a converter for each one that occurs, beyond which its step has no effect.
+const SPARSE: f64 = 10.0;
 /// Relative accuracy of a noise.
 const EXACTNESS: f64 = 0.01;
 
@@ -143,16 +145,28 @@ fn sign(value: f64) -> f64 {
     if value == 0.0 { 0.0 } else { value.signum() }
 }
 
-/// Step of the converter on whose lattice the values lie; 0 if they lie on none.
+/// Step of the converter on whose lattice the values lie, the common divisor of their distances; 0 if they lie on none.
+///
+/// Numbers that no converter made have a common divisor, too, as small as their rounding; a step that small has no effect.
 pub fn converter(values: &[f64]) -> f64 {
     let mut levels = values.to_vec();
     levels.sort_by(f64::total_cmp);
     levels.dedup();
-    if levels.len() < 2 {
+    // Of a converter whose levels hardly repeat, differences of samples show the rounding; a steady motion has even levels, too.
+    if levels.len() < 2 || 4 * levels.len() > 3 * values.len() {
         return 0.0;
     }
     let jumps = || levels.windows(2).map(|pair| pair[1] - pair[0]);
-    let smallest = jumps().fold(f64::INFINITY, f64::min);
+    let mut step = jumps().fold(f64::INFINITY, f64::min);
+    let least = (levels[levels.len() - 1] - levels[0]) / (SPARSE * levels.len() as f64);
+    let smallest = loop {
+        let rest = |jump: f64| (jump - step * (jump / step).round_ties_even()).abs();
+        let Some(off) = jumps().map(rest).find(|rest| *rest > ON_LATTICE * step) else { break step };
+        step = off;
+        if step < least {
+            return 0.0;
+        }
+    };
     let mut number = 0.0;
     let mut numbers = vec![0.0];
     for jump in jumps() {
@@ -224,9 +238,12 @@ mod tests {
 
     #[test]
     fn a_converter_is_known_by_its_lattice() {
-        let lattice: Vec<f64> = [3, 7, 7, 8, 20, -4].iter().map(|k| 0.1 + 0.05 * f64::from(*k)).collect();
+        let lattice: Vec<f64> = [3, 7, 7, 8, 20, -4, 20, 8].iter().map(|k| 0.1 + 0.05 * f64::from(*k)).collect();
         assert!((converter(&lattice) - 0.05).abs() < 1e-12);
-        assert_eq!(converter(&[0.0, 1.0, 2.45, 3.1, 4.8]), 0.0);
+        assert_eq!(converter(&[0.0, 1.0, 2.45, 3.1, 4.8, 1.0, 2.45]), 0.0);
+        // Levels two and three steps apart, none of them one.
+        let sparse: Vec<f64> = [0, 2, 5, 7, 10, 13, 5, 2].iter().map(|k| 0.02 * f64::from(*k)).collect();
+        assert!((converter(&sparse) - 0.02).abs() < 1e-12, "{}", converter(&sparse));
         assert_eq!(converter(&[2.0, 2.0]), 0.0);
     }
 }

@@ -1,6 +1,7 @@
 //! Noise of a signal, and its smoothed course.
 
-use crate::arrays::{differences, extremes, mean, median};
+use crate::arrays::{differences, mean, median};
+use crate::sensor::converter;
 
 /// Standard deviation of a normal distribution over the median of its magnitude.
 const OF_MEDIAN: f64 = 0.6745;
@@ -10,7 +11,7 @@ const THIRD: f64 = 20.0;
 /// Standard deviation of white noise and of quantisation, from third differences, in which motion vanishes.
 ///
 /// The median does not see the few samples at which a signal jumps. A signal that mostly rests between the steps of its
-/// converter has differences of 0; then the length of a step over the root of 12 counts.
+/// converter has differences of 0; then its step over the root of 12 counts, if its values lie on the lattice of one.
 pub fn noise(values: &[f64]) -> f64 {
     if values.len() < 8 {
         return 0.0;
@@ -18,11 +19,7 @@ pub fn noise(values: &[f64]) -> f64 {
     let first = differences(values);
     let third: Vec<f64> = differences(&differences(&first)).iter().map(|value| value.abs()).collect();
     let white = median(&third) / OF_MEDIAN / THIRD.sqrt();
-    let (low, high) = extremes(values);
-    let small = 1e-12 * low.abs().max(high.abs()).max(1.0);
-    let steps = first.iter().map(|value| value.abs()).filter(|step| *step > small);
-    let step = steps.fold(f64::INFINITY, f64::min);
-    white.max(if step.is_finite() { step / 12f64.sqrt() } else { 0.0 })
+    white.max(converter(values) / 12f64.sqrt())
 }
 
 /// Samples in a width in s: an odd number, at least five.
@@ -100,6 +97,21 @@ mod tests {
         assert!((noise(&noisy) / 1e-4 - 1.0).abs() < 0.1, "{}", noise(&noisy));
         let rounded: Vec<f64> = (0..4000).map(|k| (1e-3 * f64::from(k)).round()).collect();
         assert!((noise(&rounded) - 1.0 / 12f64.sqrt()).abs() < 1e-12);
+    }
+
+    /// A motion that never rests has no smallest step but its slowest.
+    #[test]
+    fn the_noise_of_a_signal_that_always_moves_is_not_its_slowest_motion() {
+        let mut state = 1;
+        let mut moving = |noise: f64, step: f64| -> Vec<f64> {
+            let mut one =
+                |k| 0.1 * f64::from(k) + 1e-3 * libm::sin(0.3 * f64::from(k)) + noise * random::normal(&mut state);
+            (0..300).map(|k| if step == 0.0 { one(k) } else { step * (one(k) / step).round() }).collect()
+        };
+        for (given, step, expected) in [(1e-3, 0.0, 1e-3), (0.0, 7e-3, 7e-3 / 12f64.sqrt())] {
+            let found = noise(&moving(given, step));
+            assert!((0.7..1.5).contains(&(found / expected)), "{given}, {step}: {found}");
+        }
     }
 
     #[test]

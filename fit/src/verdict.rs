@@ -64,7 +64,7 @@ pub fn verdict(answer: &Answer) -> (Light, Vec<Finding>) {
 }
 
 fn of_search(answer: &Answer) -> Vec<Finding> {
-    let end = format!("The search has not come to an end: {}", answer.message);
+    let end = format!("The search did not converge: {}", answer.message);
     let search = (!answer.converged).then_some(Finding { light: Light::Red, text: end });
     let untold = answer.estimates.iter().filter_map(|one| {
         let text = format!("{} is not identifiable: {}", one.parameter.0, one.undetermined?);

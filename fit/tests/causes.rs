@@ -155,6 +155,20 @@ fn nothing_is_named_without_a_reason() {
     assert_eq!(asked(sum(&[(3.0, OFFSET), (1.0, OTHER)]), &[offset()], true), []);
 }
 
+/// One sample explains it all: without its stretch of time the interval has the fixed value in it.
+#[test]
+fn a_cause_whose_interval_holds_the_fixed_value_is_none() {
+    let mut peak = vec![0.0; 2 * SAMPLES];
+    peak[5] = 1.0;
+    let with = |size: f64, other: &[(f64, usize)]| -> Trace {
+        sum(other).iter().zip(&peak).map(|(rest, peak)| size * peak + rest).collect()
+    };
+    for name in ["mass", "offset.force"] {
+        let effect = with(1.0, &[(0.1, OFFSET)]);
+        assert_eq!(asked(with(6.0, &[(1.0, OTHER)]), &[(name, effect)], false), [], "{name}");
+    }
+}
+
 /// The same change of the simulation as a setting, as another one and as a sensor: settings come first, and both are named.
 #[test]
 fn settings_come_before_sensors_and_name_those_that_explain_as_much() {

@@ -16,7 +16,7 @@ fn law(name: &str) -> i32 {
     laws.items.iter().find(|(_, own, _)| *own == name).expect("a law").0
 }
 
-/// The record of the documentation, a rig that an independent program has integrated (`studies/synthetic_rig.py`).
+/// The record of the documentation, a rig that an independent program has integrated (`docs/studies/synthetic_rig.py`).
 fn rig() -> Signals {
     let text =
         std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../examples/rig.csv")).expect("the record");
@@ -167,7 +167,7 @@ fn a_seal_under_pressure_is_found() {
     assert_eq!(refused(&forgotten), "area has no default; it must be estimated");
 }
 
-/// Friction of 10 N outwards and 6 N inwards: a factor of the load level, and no offset of the force.
+/// Friction of 10 N outwards and 6 N inwards: a factor of the load factor, and no offset of the force.
 #[test]
 fn friction_that_differs_by_direction_is_found() {
     let (mut state, mut last) = (1, 0.0);

@@ -31,7 +31,6 @@ mod export;
 mod failure;
 pub mod fmi2;
 pub mod fmi3;
-mod fnv;
 mod host;
 mod instance;
 mod memory;

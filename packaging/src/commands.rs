@@ -11,6 +11,7 @@ use lexopt::{Parser, ValueExt};
 
 use crate::library::{self, Library};
 use crate::lock;
+use crate::machine::Machine;
 use crate::package::{self, Package};
 use crate::platform::{Binary, Platform, Platforms};
 use crate::workspace::Workspace;
@@ -20,7 +21,13 @@ const PACKAGE: &str = "\
   --platforms NAMES         for linux64,win64,darwin64 or all; otherwise for machines like this one
   --binary PLATFORM=PATH    a library that was built elsewhere, taken instead of building one
   --sources[=small|full]    add sources in C, for any other target: small, or larger and faster ones
-  --model NAME              pack this model alone";
+  --model NAME              pack this model alone
+  --set FILE.ssv            besides, FMUs of a machine of your own: of the model, the first one unless it is named, that
+                            start with these values
+  --name NAME               of the machine; otherwise that of the file
+  --preset NAME             variables of the machine: all (otherwise), rig or minimal
+  --inputs, --outputs, --parameters NAME,...
+                            variables of the machine, by name";
 
 /// The help of a command of `cargo xtask`, or of all of them.
 fn help(command: &str) -> String {
@@ -56,6 +63,10 @@ pub struct Options {
     pub sources: Option<String>,
     /// The one model to be packed.
     pub model: Option<String>,
+    /// The file of a machine of the user's.
+    pub set: Option<String>,
+    /// What is told of it.
+    pub machine: Machine,
 }
 
 /// Request of a command line.
@@ -64,7 +75,7 @@ pub enum Asked {
     /// The help.
     Help,
     /// To be done with these options.
-    Do(Options),
+    Do(Box<Options>),
 }
 
 impl Options {
@@ -85,10 +96,16 @@ impl Options {
                     options.sources = Some(size.unwrap_or_else(|| "small".to_owned()));
                 }
                 Long("model") => options.model = Some(parser.value()?.string()?),
+                Long("set") => options.set = Some(parser.value()?.string()?),
+                Long("name") => options.machine.name = Some(parser.value()?.string()?),
+                Long("preset") => options.machine.preset = Some(parser.value()?.string()?),
+                Long("inputs") => options.machine.inputs = Some(names(&parser.value()?.string()?)),
+                Long("outputs") => options.machine.outputs = Some(names(&parser.value()?.string()?)),
+                Long("parameters") => options.machine.parameters = Some(names(&parser.value()?.string()?)),
                 other => return Err(other.unexpected().into()),
             }
         }
-        Ok(Asked::Do(options))
+        Ok(Asked::Do(Box::new(options)))
     }
 
     /// The options of `package`.
@@ -96,11 +113,18 @@ impl Options {
     /// # Errors
     /// When this program cannot make the requested sources, or their size is unknown.
     pub fn package(self) -> Result<Package> {
-        let Self { platforms, binaries, sources, model } = self;
+        let Self { platforms, binaries, sources, model, set, machine } = self;
+        ensure!(set.is_some() || machine == Machine::default(), "a machine needs its values: --set FILE.ssv");
+        let machine = set.map(|file| Machine { file: file.into(), ..machine });
         let is_possible = sources.is_none() || cfg!(feature = "sources");
         ensure!(is_possible, "--sources needs the feature `sources` of pneumatic-servo-packaging");
-        Ok(Package { platforms, binaries, sources: sources.as_deref().map(str::parse).transpose()?, model })
+        Ok(Package { platforms, binaries, sources: sources.as_deref().map(str::parse).transpose()?, model, machine })
     }
+}
+
+/// Names with commas between them.
+fn names(list: &str) -> Vec<String> {
+    list.split(',').map(|name| name.trim().to_owned()).filter(|name| !name.is_empty()).collect()
 }
 
 /// The value behind an argument.
@@ -140,6 +164,10 @@ fn planned(command: &str, asked: Asked) -> Result<Option<Work>> {
     }
     ensure!(options.sources.is_none(), "--sources is an option of `package`");
     ensure!(options.model.is_none(), "--model is an option of `package`");
+    ensure!(
+        options.set.is_none() && options.machine == Machine::default(),
+        "--set and what it needs are options of `package`"
+    );
     if command == "build" {
         ensure!(options.binaries.is_empty(), "--binary is an option of `package` and `join`");
         let Platforms(platforms) = options.platforms.context("--platforms is missing")?;
@@ -279,11 +307,31 @@ mod tests {
             binaries: vec!["darwin64=a.dylib".parse()?],
             sources: Some("full".to_owned()),
             model: Some("Festoon".to_owned()),
+            ..Options::default()
         };
-        assert_eq!(asked, Asked::Do(options));
+        assert_eq!(asked, Asked::Do(Box::new(options)));
         let Asked::Do(options) = read("--sources")? else { unreachable!("no help is asked for") };
         assert_eq!(options.sources.as_deref(), Some("small"));
         assert_eq!(read("--help")?, Asked::Help);
+        Ok(())
+    }
+
+    #[test]
+    fn options_of_a_machine_need_its_values() -> Result<()> {
+        let package = |line: &str| -> Result<Package> {
+            let Asked::Do(options) = read(line)? else { unreachable!("no help is asked for") };
+            options.package()
+        };
+        let machine = Machine {
+            file: "my.ssv".into(),
+            name: Some("Axis7".to_owned()),
+            inputs: Some(vec!["valveVoltage".to_owned(), "supplyPressure".to_owned()]),
+            ..Machine::default()
+        };
+        let line = "--set my.ssv --name Axis7 --inputs valveVoltage,supplyPressure";
+        assert_eq!(package(line)?.machine, Some(machine));
+        assert_eq!(package("--model Festoon")?.machine, None);
+        assert!(package("--name Axis7").is_err_and(|error| error.to_string().contains("--set FILE.ssv")));
         Ok(())
     }
 

@@ -8,6 +8,7 @@
 //! | [`product`], [`workspace`], [`fingerprint`] | owner of the FMUs, paths, fingerprint of the source |
 //! | [`build`], [`library`], [`gates`] | shared libraries: compiling for a platform, and requirements |
 //! | [`description`], [`documentation`], [`parameter_sets`], [`licences`] | the other files of an FMU |
+//! | [`machine`] | FMUs of a configured machine: `--set` |
 //! | [`ssp`] | cylinder and controller as one system |
 //! | [`sources`] | sources in C (feature `sources`) |
 //! | [`archive`], [`timestamp`] | archives that are the same for the same commit |
@@ -28,6 +29,7 @@ pub mod gates;
 pub mod library;
 pub mod licences;
 pub mod lock;
+pub mod machine;
 pub mod package;
 pub mod parameter_sets;
 pub mod platform;

@@ -15,6 +15,7 @@ use crate::experiment::{self, Recording};
 use crate::files;
 use crate::library::{self, Library};
 use crate::licences;
+use crate::machine::{self, Machine};
 use crate::parameter_sets;
 use crate::platform::{Binary, Platform, Platforms};
 use crate::process::{self, heading};
@@ -36,13 +37,15 @@ pub struct Package {
     pub sources: Option<Size>,
     /// The name of the one model that is packed; otherwise all are.
     pub model: Option<String>,
+    /// A configured machine, of which FMUs of its own are made from those of the model, the first one unless it is named.
+    pub machine: Option<Machine>,
 }
 
 impl Package {
     /// For all platforms, with libraries that were built elsewhere, and with sources for others.
     pub fn for_everybody(binaries: &[Binary]) -> Self {
         let platforms = Some(Platforms(Platform::ALL.into()));
-        Self { platforms, binaries: binaries.to_vec(), sources: Some(Size::Small), model: None }
+        Self { platforms, binaries: binaries.to_vec(), sources: Some(Size::Small), model: None, machine: None }
     }
 
     /// Builds the libraries that were not handed in, joins, validates and runs.
@@ -86,7 +89,8 @@ impl Package {
         let modules = self.sources.map_or(Ok(BTreeMap::new()), |size| modules(workspace, size))?;
         heading("Join the FMUs");
         join_with(workspace, libraries, &modules)?;
-        check(workspace, libraries.iter().map(|library| library.platform))
+        let own = self.machine.as_ref().map_or(Ok(Vec::new()), |machine| machine::write(workspace, machine))?;
+        check(workspace, libraries.iter().map(|library| library.platform), &own)
     }
 }
 
@@ -101,8 +105,8 @@ pub fn fmus_of(workspace: &Workspace, version: Version) -> impl Iterator<Item = 
     workspace.product.models.iter().map(move |model| folder.join(format!("{}.fmu", model.name)))
 }
 
-/// Validates FMUs and SSP; runs them and draws the results if they hold a library for this machine.
-fn check(workspace: &Workspace, mut platforms: impl Iterator<Item = Platform>) -> Result<()> {
+/// Validates FMUs, also those of a machine, and SSP; runs them and draws the results if they hold a library for this machine.
+fn check(workspace: &Workspace, mut platforms: impl Iterator<Item = Platform>, own: &[PathBuf]) -> Result<()> {
     heading("Prepare the Python environment");
     let venv = Venv::prepare(workspace, Requirements::PACKAGE)?;
 
@@ -114,9 +118,10 @@ fn check(workspace: &Workspace, mut platforms: impl Iterator<Item = Platform>) -
     };
     let all = Version::ALL.into_iter().flat_map(|version| fmus_of(workspace, version));
     let mut validation = script("check.py");
-    validation.args(all);
+    validation.args(all).args(own);
     if workspace.product.has_system() {
-        validation.arg(workspace.fmus().join(format!("{}.ssp", ssp::NAME)));
+        // FMPy has the schemas of SSP 1.0 alone; the tests validate the SSP 2.0 file by the schemas of pyssp-standard.
+        validation.arg(ssp::file(&workspace.fmus(), Version::Fmi2));
     }
     process::run(&mut validation)?;
 
@@ -171,7 +176,9 @@ fn join_with(workspace: &Workspace, libraries: &[Library], modules: &BTreeMap<&s
     }
     if workspace.product.has_system() {
         let timestamp = Timestamp::of_source(&workspace.root)?;
-        println!("{}", ssp::write(&workspace.fmus(), &workspace.descriptions(), timestamp)?.display());
+        for version in Version::ALL {
+            println!("{}", ssp::write(&workspace.fmus(), version, &workspace.descriptions(), timestamp)?.display());
+        }
     }
     Ok(())
 }
@@ -236,7 +243,7 @@ fn contents(
     }
     for set in parameter_sets::of(model, &product.parts)? {
         archive.add(&format!("resources/{}.json", set.name), set.json()?)?;
-        archive.add(&format!("resources/{}.ssv", set.name), set.ssv(timestamp)?)?;
+        archive.add(&format!("resources/{}.ssv", set.name), set.ssv(ssp::Version::One, timestamp)?)?;
     }
     let [png, svg] = ["png", "svg"].map(|extension| product.parts.read(&format!("icons/{}.{extension}", model.name)));
     let (png, svg) = (png?, svg?);

@@ -1,5 +1,5 @@
 //! Sets of parameter values: read from `modelDescription/parameter_sets.json`, checked against the variable tables, and
-//! written as JSON and as SSV, the parameter values of the standard SSP 1.0.
+//! written as JSON and as SSV, the parameter values of the standard SSP.
 
 use std::io;
 use std::path::Path;
@@ -8,7 +8,7 @@ use anyhow::{Context, Result, bail, ensure};
 use pneumatic_servo::model::Model;
 use pneumatic_servo::variables::{Kind, Role, Variable};
 use pneumatic_servo_ssp::xml::{Xml, document};
-use pneumatic_servo_ssp::{self as ssp, Parameter};
+use pneumatic_servo_ssp::{self as ssp, Parameter, Version};
 use serde_json::{Map, Value, json};
 
 use crate::description::TOOL;
@@ -107,8 +107,8 @@ impl ParameterSet {
     ///
     /// # Errors
     /// When the text cannot be written.
-    pub fn ssv(&self, timestamp: Timestamp) -> Result<String> {
-        Ok(document(|xml| self.write(xml, "", timestamp))?)
+    pub fn ssv(&self, version: Version, timestamp: Timestamp) -> Result<String> {
+        Ok(document(|xml| self.write(xml, version, "", timestamp))?)
     }
 
     /// Adds the start value of a variable under a name of its own.
@@ -124,7 +124,7 @@ impl ParameterSet {
     }
 
     /// The element of SSV with the values whose names start with `prefix`, which is left out.
-    pub fn write(&self, xml: &mut Xml, prefix: &str, timestamp: Timestamp) -> io::Result<()> {
+    pub fn write(&self, xml: &mut Xml, version: Version, prefix: &str, timestamp: Timestamp) -> io::Result<()> {
         let parameters = self.values.iter().filter_map(|given| {
             let name = given.variable.name.strip_prefix(prefix)?;
             Some(Parameter::new(name, &given.variable, given.number))
@@ -133,8 +133,8 @@ impl ParameterSet {
         let parts = [Some(&self.description), self.source.as_ref(), self.experiment.as_ref()];
         let description = parts.into_iter().flatten().map(String::as_str).collect::<Vec<_>>().join("; ");
         let time = timestamp.iso();
-        ssp::ParameterSet { name: &self.name, description: &description, tool: TOOL, time: Some(&time), parameters }
-            .write(xml)
+        let (name, description, time) = (&self.name, &description, Some(&*time));
+        ssp::ParameterSet { version, name, description, tool: TOOL, time, parameters }.write(xml)
     }
 }
 
@@ -226,7 +226,7 @@ mod tests {
         assert!(set.has("line") && !set.has("supplyPressure"));
         let written: Value = serde_json::from_str(&set.json()?)?;
         assert_eq!(written["values"], json!({ "mass.moving": 0.88, "line": 6.5e5 }));
-        let ssv = set.ssv(Timestamp::of_source(Path::new(env!("CARGO_MANIFEST_DIR")))?)?;
+        let ssv = set.ssv(Version::One, Timestamp::of_source(Path::new(env!("CARGO_MANIFEST_DIR")))?)?;
         assert!(
             ssv.contains("<ssv:Parameter name=\"line\">\n      <ssv:Real value=\"650000.0\" unit=\"Pa\"/>"),
             "{ssv}"
@@ -238,7 +238,7 @@ mod tests {
     fn values_keep_their_bits_and_units() -> Result<()> {
         let values = json!({ "friction.law": "LuGre", "friction.lugre.sigma0": 1234.1, "valve.polarity": -1 });
         let set = read(values)?;
-        let ssv = set.ssv(Timestamp::of_source(Path::new(env!("CARGO_MANIFEST_DIR")))?)?;
+        let ssv = set.ssv(Version::One, Timestamp::of_source(Path::new(env!("CARGO_MANIFEST_DIR")))?)?;
         assert!(ssv.contains(r#"<ssv:Enumeration value="LuGre"/>"#), "{ssv}");
         assert!(ssv.contains(r#"<ssv:Real value="1234.1" unit="N/m"/>"#), "{ssv}");
         assert!(ssv.contains(r#"<ssv:Integer value="-1"/>"#), "{ssv}");

@@ -1,4 +1,5 @@
-//! `PneumaticServoDrive.ssp`: cylinder and controller, connected and parameterised, as a system of the standard SSP 1.0.
+//! `PneumaticServoDrive.ssp`: cylinder and controller, connected and parameterised, as a system of the standard SSP: by
+//! SSP 1.0 of the FMUs for FMI 2.0, and by SSP 2.0 of the FMUs for FMI 3.0.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -7,11 +8,12 @@ use anyhow::{Context, Result};
 use pneumatic_servo::model::Model;
 use pneumatic_servo::models;
 use pneumatic_servo::variables::{Kind, Unit, Variable};
+pub use pneumatic_servo_ssp::Version;
 use pneumatic_servo_ssp::xml::{Element, Xml, document};
 use pneumatic_servo_ssp::{COMMON, units, write_units};
 
 use crate::archive::Archive;
-use crate::description::TOOL;
+use crate::description::{self, TOOL};
 use crate::files;
 use crate::parameter_sets::{self, ParameterSet};
 use crate::timestamp::Timestamp;
@@ -73,26 +75,40 @@ fn sets(sources: &Path) -> Result<Vec<ParameterSet>> {
     Ok(sets)
 }
 
-/// Writes the system from the FMUs of a folder into that folder; `sources` has parameter sets and reference.
+/// The version of SSP for FMUs of a version of FMI: SSP 1.0 knows FMI 2.0 alone.
+fn version_for(fmi: description::Version) -> Version {
+    match fmi {
+        description::Version::Fmi2 => Version::One,
+        description::Version::Fmi3 => Version::Two,
+    }
+}
+
+/// The file of the system within a folder of FMUs, beside the FMUs of a version of FMI.
+pub fn file(fmus: &Path, fmi: description::Version) -> PathBuf {
+    fmus.join(fmi.folder()).join(format!("{NAME}.ssp"))
+}
+
+/// Writes the system beside the FMUs of a version; `sources` has parameter sets and reference.
 ///
 /// # Errors
 /// When a file cannot be read or written.
-pub fn write(fmus: &Path, sources: &Path, timestamp: Timestamp) -> Result<PathBuf> {
-    let sets = sets(sources)?;
+pub fn write(fmus: &Path, fmi: description::Version, sources: &Path, timestamp: Timestamp) -> Result<PathBuf> {
+    let (sets, version) = (sets(sources)?, version_for(fmi));
     let mut archive = Archive::default();
-    archive.add("SystemStructure.ssd", description(Variant::System, timestamp)?)?;
+    archive.add("SystemStructure.ssd", description(Variant::System, version, timestamp)?)?;
     for set in &sets {
         let variant = Variant::Components(set);
-        archive.add(&format!("{}.ssd", variant.file()), description(variant, timestamp)?)?;
+        archive.add(&format!("{}.ssd", variant.file()), description(variant, version, timestamp)?)?;
     }
+    let file = file(fmus, fmi);
     for (_, model) in COMPONENTS {
-        archive.add(&format!("resources/{model}.fmu"), files::read(fmus.join(format!("{model}.fmu")))?)?;
+        let fmu = file.with_file_name(format!("{model}.fmu"));
+        archive.add(&format!("resources/{model}.fmu"), files::read(fmu)?)?;
     }
     for set in &sets {
-        archive.add(&format!("resources/{}.ssv", set.name), set.ssv(timestamp)?)?;
+        archive.add(&format!("resources/{}.ssv", set.name), set.ssv(version, timestamp)?)?;
     }
     archive.add("resources/reference.csv", files::read(sources.join("reference.csv"))?)?;
-    let file = fmus.join(format!("{NAME}.ssp"));
     archive.write(&file, timestamp)?;
     Ok(file)
 }
@@ -170,7 +186,7 @@ impl Variant<'_> {
 }
 
 /// An SSD file.
-fn description(variant: Variant, timestamp: Timestamp) -> Result<String> {
+fn description(variant: Variant, version: Version, timestamp: Timestamp) -> Result<String> {
     let mut connections = Connection::all()?;
     if let Variant::Components(_) = variant {
         connections.retain(|connection| connection.start.component.is_some() && connection.end.component.is_some());
@@ -180,7 +196,7 @@ fn description(variant: Variant, timestamp: Timestamp) -> Result<String> {
         .with("xmlns:ssc", COMMON)
         .with("xmlns:ssd", DESCRIPTION)
         .with("xmlns:oms", OMSIMULATOR)
-        .with("version", "1.0")
+        .with("version", version.number())
         .with("name", &variant.name())
         .with("description", "Pneumatic servo cylinder with a position controller")
         .with("license", env!("CARGO_PKG_LICENSE"))
@@ -190,7 +206,7 @@ fn description(variant: Variant, timestamp: Timestamp) -> Result<String> {
         root.contain(xml, |xml| {
             Element::new("ssd:System").with("name", NAME).contain(xml, |xml| {
                 if let Variant::System = variant {
-                    connectors(xml, &connections, None)?;
+                    connectors(xml, version, &connections, None)?;
                     Element::new("ssd:ParameterBindings").contain(xml, |xml| {
                         let source = format!("resources/{DEFAULT_SET}.ssv");
                         Element::new("ssd:ParameterBinding").with("source", &source).write(xml)
@@ -204,11 +220,11 @@ fn description(variant: Variant, timestamp: Timestamp) -> Result<String> {
                             .with("source", &format!("resources/{model}.fmu"))
                             .with("implementation", "CoSimulation")
                             .contain(xml, |xml| {
-                                connectors(xml, &connections, Some(name))?;
+                                connectors(xml, version, &connections, Some(name))?;
                                 geometry(place).write(xml)?;
                                 match variant {
                                     Variant::System => Ok(()),
-                                    Variant::Components(set) => binding(xml, name, set, timestamp),
+                                    Variant::Components(set) => binding(xml, version, name, set, timestamp),
                                 }
                             })
                     })
@@ -226,7 +242,7 @@ fn description(variant: Variant, timestamp: Timestamp) -> Result<String> {
 
 /// The connectors of a component or of the system, each once. Where a connection starts within a component there is an
 /// output, and where one ends an input; for the system, seen from inside, it is the other way round.
-fn connectors(xml: &mut Xml, connections: &[Connection], component: Option<&str>) -> io::Result<()> {
+fn connectors(xml: &mut Xml, version: Version, connections: &[Connection], component: Option<&str>) -> io::Result<()> {
     let (starts, ends) = if component.is_some() { ("output", "input") } else { ("input", "output") };
     let mut known: Vec<&str> = Vec::new();
     Element::new("ssd:Connectors").contain(xml, |xml| {
@@ -242,9 +258,13 @@ fn connectors(xml: &mut Xml, connections: &[Connection], component: Option<&str>
                 .with("description", &end.variable.description)
                 .contain(xml, |xml| {
                     match end.variable.kind {
-                        Kind::Real(unit) => Element::new("ssc:Real").with("unit", unit.name),
+                        Kind::Real(unit) => {
+                            Element::new(version.choose("ssc:Real", "ssc:Float64")).with("unit", unit.name)
+                        }
                         Kind::Boolean => Element::new("ssc:Boolean"),
-                        Kind::Integer | Kind::Enumeration(_) => Element::new("ssc:Integer"),
+                        Kind::Integer | Kind::Enumeration(_) => {
+                            Element::new(version.choose("ssc:Integer", "ssc:Int32"))
+                        }
                     }
                     .write(xml)
                 })?;
@@ -254,14 +274,20 @@ fn connectors(xml: &mut Xml, connections: &[Connection], component: Option<&str>
 }
 
 /// The values of a set for a component, written out.
-fn binding(xml: &mut Xml, component: &str, set: &ParameterSet, timestamp: Timestamp) -> io::Result<()> {
+fn binding(
+    xml: &mut Xml,
+    version: Version,
+    component: &str,
+    set: &ParameterSet,
+    timestamp: Timestamp,
+) -> io::Result<()> {
     let prefix = format!("{component}.");
     if !set.has(&prefix) {
         return Ok(());
     }
     Element::new("ssd:ParameterBindings").contain(xml, |xml| {
         Element::new("ssd:ParameterBinding").contain(xml, |xml| {
-            Element::new("ssd:ParameterValues").contain(xml, |xml| set.write(xml, &prefix, timestamp))
+            Element::new("ssd:ParameterValues").contain(xml, |xml| set.write(xml, version, &prefix, timestamp))
         })
     })
 }
@@ -381,7 +407,7 @@ mod tests {
         let names: std::collections::BTreeSet<_> = variants.iter().map(|variant| variant.name()).collect();
         assert_eq!(names.len(), variants.len());
         for variant in variants {
-            let text = description(variant, timestamp)?;
+            let text = description(variant, Version::One, timestamp)?;
             assert_eq!(text.matches("<ssd:ParameterBinding").count(), 2, "one section, one binding: {text}");
             assert_eq!(text.matches("<oms:FixedStepMaster").count(), 1);
         }
@@ -414,11 +440,11 @@ mod tests {
             r#"<ssd:Connection startConnector="referencePosition" endElement="controller" endConnector="referencePosition"/>"#,
             r#"<ssd:Connection startElement="plant" startConnector="chamberA.pressure" endConnector="pressureA"/>"#,
         ];
-        let system = description(Variant::System, timestamp)?;
+        let system = description(Variant::System, Version::One, timestamp)?;
         assert_eq!(system.matches("<ssd:Connection ").count(), 12, "{system}");
         assert!(inner.iter().chain(&outer).all(|connection| system.contains(connection)), "{system}");
         assert!(!system.contains("ssv:"), "its values are in a file of their own");
-        let components = description(Variant::Components(&sets[0]), timestamp)?;
+        let components = description(Variant::Components(&sets[0]), Version::One, timestamp)?;
         assert_eq!(components.matches("<ssd:Connection ").count(), 3, "{components}");
         assert!(inner.iter().all(|connection| components.contains(connection)), "{components}");
         let (_, parts) = components.split_once("<ssd:Component name=\"controller\"").context("a controller")?;
@@ -432,11 +458,12 @@ mod tests {
     fn system_holds_its_descriptions_fmus_values_and_reference() -> Result<()> {
         let sources = Path::new(env!("CARGO_MANIFEST_DIR")).join("../modelDescription");
         let folder = files::scratch("ssp");
+        let fmi = description::Version::Fmi3;
         for (_, model) in COMPONENTS {
-            files::write(&folder.join(format!("{model}.fmu")), model)?;
+            files::write(&folder.join(fmi.folder()).join(format!("{model}.fmu")), model)?;
         }
-        let file = write(&folder, &sources, Timestamp::of_source(&sources)?)?;
-        assert_eq!(file, folder.join("PneumaticServoDrive.ssp"));
+        let file = write(&folder, fmi, &sources, Timestamp::of_source(&sources)?)?;
+        assert_eq!(file, folder.join("fmi3/PneumaticServoDrive.ssp"));
         let mut archive = zip::ZipArchive::new(std::fs::File::open(&file)?)?;
         let mut names = archive.file_names().collect::<Result<Vec<_>, _>>()?;
         names.sort();
@@ -461,7 +488,7 @@ mod tests {
     fn inputs_of_the_system_start_at_the_start_values_of_what_they_drive() -> Result<()> {
         let sources = Path::new(env!("CARGO_MANIFEST_DIR")).join("../modelDescription");
         for set in sets(&sources)? {
-            let ssv = set.ssv(Timestamp::of_source(&sources)?)?;
+            let ssv = set.ssv(Version::One, Timestamp::of_source(&sources)?)?;
             let start = "<ssv:Parameter name=\"referencePosition\">\n      <ssv:Real value=\"0.25\" unit=\"m\"/>";
             assert!(ssv.contains(start), "{ssv}");
         }
@@ -492,7 +519,7 @@ mod tests {
     fn connectors_are_listed_once_with_their_kind() -> Result<()> {
         let connections = Connection::all()?;
         for component in [None, Some(COMPONENTS[0].0), Some(COMPONENTS[1].0)] {
-            let listed = document(|xml| connectors(xml, &connections, component))?;
+            let listed = document(|xml| connectors(xml, Version::One, &connections, component))?;
             let of = |ends: fn(&Connection) -> &End| {
                 let names =
                     connections.iter().map(ends).filter(|end| end.component == component).map(|end| end.connector);

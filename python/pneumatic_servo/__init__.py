@@ -21,15 +21,18 @@ from pneumatic_servo.bundled import fmus, parameter_sets
 from pneumatic_servo.comparison import Comparison
 from pneumatic_servo.data_sheet import DataSheet
 from pneumatic_servo.errors import MissingPackage, NoDerivative, NotConverged, PlantWarning, Refused
+from pneumatic_servo.export import export_drive, export_fmu
 from pneumatic_servo.friction_tables import friction_table
 from pneumatic_servo.gases import gas
 from pneumatic_servo.linear import Linearisation
 from pneumatic_servo.model import Model, models
+from pneumatic_servo.observer import Consistency, Observer
 from pneumatic_servo.playground import play
 from pneumatic_servo.run import Run, Runs
 from pneumatic_servo.run_errors import Interrupted, SimulationError
 from pneumatic_servo.sensitivities import Crossing, Gradient, Sensitivities, Transition
 from pneumatic_servo.simulation import SavedState, Simulation, transitions
+from pneumatic_servo.solver_log import SolverEvent, SolverLog
 from pneumatic_servo.ssv import read_ssv
 from pneumatic_servo.trim import TrimError
 from pneumatic_servo.variables import Unit, Value, Variable, Variables
@@ -52,6 +55,7 @@ if _TYPE_CHECKING:
 __all__ = [
     "Band",
     "Comparison",
+    "Consistency",
     "Crossing",
     "DataSheet",
     "Fit",
@@ -62,6 +66,7 @@ __all__ = [
     "Model",
     "NoDerivative",
     "NotConverged",
+    "Observer",
     "Options",
     "Plan",
     "PlantWarning",
@@ -75,6 +80,8 @@ __all__ = [
     "Series",
     "Simulation",
     "SimulationError",
+    "SolverEvent",
+    "SolverLog",
     "Transition",
     "TrimError",
     "Unit",
@@ -82,6 +89,8 @@ __all__ = [
     "Variable",
     "Variables",
     "compare_fits",
+    "export_drive",
+    "export_fmu",
     "fit",
     "fit_series",
     "fmus",

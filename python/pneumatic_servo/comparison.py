@@ -41,6 +41,14 @@ class Comparison:
     notes : tuple of str
         In which levels of friction the laws are unlike, so that they are not models of one contact: other values, or
         none, since a law has no such parameter.
+
+    Examples
+    --------
+    >>> import pneumatic_servo as ps
+    >>> found = ps.Model().compare(["Stribeck", "LuGre"], inputs={"valveVoltage": 6}, stop=0.2, step=1e-3)
+    >>> found["LuGre"]["position"].shape, len(found.rows())
+    ((201,), 2)
+    >>> found.plot("velocity").savefig("laws.png")
     """
 
     laws: tuple[str, ...]

@@ -81,11 +81,20 @@ class DataSheet:
     supply : float, optional
         Supply pressure in bar above ambient.
     spring : tuple of float, optional
-        Force in N of a spring that retracts the piston, retracted and extended: ``(20, 60)``.
+        Force in N of a spring that retracts the piston, retracted and extended: ``(20, 60)``. Chamber B, where it is,
+        is open to the surroundings, without hose and leak.
     leak : tuple of float, optional
         Leakage of each chamber in l/min (ANR) at a pressure in bar above ambient, at least 1: ``(0.2, 6)``.
     response : float, optional
         Time in ms in which the spool of the valve goes from 10 to 90 % of a step.
+    cushion : tuple of float or str, optional
+        Length in mm of adjustable end cushions, and sonic conductance in dm3/(s bar) of the needle as it is set:
+        ``(20, 0.2)``.
+    bumper : float, optional
+        Stiffness in N/mm of elastic bumpers at both ends, or of the stops.
+    rebound : tuple of float or str, optional
+        Rebound resilience in % of the bumpers (ISO 4662), the share of the energy that comes back, and the speed in
+        m/s of the blow that had it: ``(45, 0.5)``.
     rotates : bool
         Whether the numbers describe a rotary drive, as `rotary` sets them: bore, stroke and mass then stand for
         displacement, angle and inertia, 1 m for 1 rad.
@@ -118,6 +127,9 @@ class DataSheet:
     spring: tuple[float, float] | None = None
     leak: tuple[float, float] | None = None
     response: float | None = None
+    cushion: tuple[float | str, float | str] | None = None
+    bumper: float | None = None
+    rebound: tuple[float | str, float | str] | None = None
     rotates: bool = False
 
     @classmethod
@@ -180,7 +192,9 @@ class DataSheet:
             (given[0], getattr(self, given[0])),
         ]
         numbers += [
-            (name, getattr(self, name)) for name in ("min_pressure", "supply") if getattr(self, name) is not None
+            (name, getattr(self, name))
+            for name in ("min_pressure", "supply", "bumper")
+            if getattr(self, name) is not None
         ]
         for name, value in numbers:
             if not (math.isfinite(value) and value > 0.0):
@@ -208,7 +222,20 @@ class DataSheet:
         self._check_pairs()
 
     def _check_pairs(self) -> None:
-        """Refuse a spring that pulls, and a leak that is not choked."""
+        """Refuse a spring that pulls, a leak that is not choked, a cushion beyond the stroke, a blow that gains."""
+        if self.cushion is not None:
+            length, conductance = _pair("cushion", self.cushion, "a length in mm and a conductance in dm3/(s.bar)")
+            if not (0.0 < length <= self.stroke and conductance > 0.0):
+                raise ValueError(
+                    f"cushion = {self.cushion!r}: its length must be above 0 and at most the stroke, {self.stroke:g} "
+                    "mm, the conductance of its needle above 0"
+                )
+        if self.rebound is not None:
+            resilience, speed = _pair("rebound", self.rebound, "a rebound resilience in % and a speed in m/s")
+            if not (0.0 < resilience <= 100.0 and speed > 0.0):
+                raise ValueError(
+                    f"rebound = {self.rebound!r}: its resilience must be above 0 and at most 100 %, its speed above 0"
+                )
         if self.spring is not None:
             retracted, extended = _pair("spring", self.spring, "forces in N, retracted and extended")
             if not 0.0 <= retracted < extended:
@@ -280,10 +307,11 @@ class DataSheet:
 
     def to_ssv(self, file: str | Path) -> None:
         """Write the parameters as a set of values that tools load into the FMU; `read_ssv` reads it."""
-        from pneumatic_servo.files import write
+        from pneumatic_servo.files import check_ending, write
         from pneumatic_servo.model import Model
         from pneumatic_servo.ssv import ssv
 
+        check_ending(Path(file), ".ssv", ".xml")
         text = ssv(Path(file).stem, "Parameters from data sheets", Model(), self.settings)
         write(Path(file), lambda part: part.write_text(text, encoding="utf-8"))
 
@@ -313,7 +341,7 @@ class DataSheet:
         yield from self._dead_volumes()
         if self.hose is not None:
             diameter, length = _hose(self.hose)
-            for side in "AB":
+            for side in self._closed_chambers:
                 yield Entry(f"hose{side}.diameter", diameter * 1e-3, "inner diameter of the hose")
                 yield Entry(
                     f"hose{side}.length", length * 1e-3, "length of the hose", assumption="both hoses are alike"
@@ -325,16 +353,33 @@ class DataSheet:
             stiffness = (most - least) / (self.stroke * 1e-3)
             yield Entry("load.stiffness", stiffness, "(F extended - F retracted)/stroke")
             yield Entry("load.rest", -least / stiffness, "-F retracted/stiffness")
+            yield Entry("chamberB.open", 1.0, "single-acting", assumption="the chamber of the spring is vented")
+        if self.cushion is not None:
+            length, conductance = _pair("cushion", self.cushion, "")
+            yield Entry("cushion.length", length * 1e-3, "length of the cushion", assumption="both ends are alike")
+            yield Entry("cushion.C", conductance * 1e-8, "C of the needle, 1 dm3/(s.bar) = 1e-8 m3/(s.Pa)", "ISO 6358")
+        if self.bumper is not None:
+            yield Entry("cylinder.stopStiffness", self.bumper * 1e3, "stiffness", assumption="both ends are alike")
+        if self.rebound is not None:
+            resilience, speed = _pair("rebound", self.rebound, "")
+            formula = "c, by e = sqrt(resilience/100) and c*v*(1 + e) = ln((1 + c*v)/(1 - e*c*v))"
+            damping = stop_damping(math.sqrt(resilience * 1e-2), speed)
+            yield Entry("cylinder.stopDamping", damping, formula, "ISO 4662", "no other force acts during the blow")
         if self.leak is not None:
             flow, pressure = self.leak
             conductance = flow / 60_000.0 / (pressure * 1e5 + AMBIENT)
-            for side in "AB":
+            for side in self._closed_chambers:
                 yield Entry(
                     f"chamber{side}.leakage", conductance, "C = q/p", "ISO 6358", "choked; both chambers are alike"
                 )
         if self.supply is not None:
             formula = "supply + p_atm"
             yield Entry("supplyPressure", self.supply * 1e5 + AMBIENT, formula, assumption="p_atm = 1.01325 bar")
+
+    @property
+    def _closed_chambers(self) -> str:
+        """The chambers with a port: a single-acting cylinder has none where its spring is."""
+        return "AB" if self.spring is None else "A"
 
     def _flow(self) -> Entry:
         given = next(name for name in FLOWS if getattr(self, name) is not None)
@@ -444,19 +489,24 @@ UNITS = {
     "bore": "mm", "stroke": "mm", "mass": "kg", "rod": "mm", "rod_a": "mm", "qn": "l/min", "kv": "m3/h",
     "cv": "gal/min", "conductance": "dm3/(s.bar)", "area": "mm2", "critical_ratio": "", "hysteresis": "%",
     "clearance": "mm", "min_pressure": "bar above ambient", "supply": "bar above ambient", "response": "ms",
+    "bumper": "N/mm",
 }  # fmt: skip
 """Units of the numbers."""
 
 IN_SI = {
     **dict.fromkeys(("bore", "stroke", "rod", "rod_a", "clearance"), ("m", 1e3)),
     "mass": ("kg", 1.0), "conductance": ("m3/(s.Pa)", 1e8), "area": ("m2", 1e6), "hysteresis": ("1", 1e2),
-    "critical_ratio": ("1", 1.0), "response": ("s", 1e3), "force": ("N", 1.0), "qn": ("kg/s", 6e4 / REFERENCE_DENSITY),
+    "bumper": ("N/m", 1e-3), "speed": ("m/s", 1.0), "critical_ratio": ("1", 1.0),
+    "response": ("s", 1e3), "force": ("N", 1.0), "qn": ("kg/s", 6e4 / REFERENCE_DENSITY),
     **dict.fromkeys(("min_pressure", "supply"), ("Pa", 1e-5)),
     "displacement": ("m3", 1e6), "angle": ("rad", 180.0 / math.pi), "inertia": ("kg.m2", 1.0),
 }  # fmt: skip
 """The SI unit of numbers that may have a unit, and the factor from it to the unit of sheets."""
 
-PAIRS = {"hose": ("bore", "stroke"), "spring": ("force", "force"), "leak": ("qn", "supply")}
+PAIRS = {
+    "hose": ("bore", "stroke"), "spring": ("force", "force"), "leak": ("qn", "supply"),
+    "cushion": ("stroke", "conductance"), "rebound": ("hysteresis", "speed"),
+}  # fmt: skip
 """Meanings of the two numbers of a pair."""
 
 ROTARY = {"displacement": "cm3 per rad", "angle": "degrees", "inertia": "kg.m2"}
@@ -489,6 +539,22 @@ def nominal_flow(conductance: float, critical_ratio: float) -> float:
     before, behind = NOMINAL
     beyond = max(behind / before - critical_ratio, 0.0) / (1.0 - critical_ratio)
     return conductance * before * math.sqrt(1.0 - beyond * beyond)
+
+
+def stop_damping(restitution: float, speed: float) -> float:
+    """Return the dissipation coefficient in s/m of a stop that throws a mass back with a share of its speed.
+
+    A force ``k*p*(1 + c*dp/dt)`` takes the energy ``integral of v/(1 + c*v) dv`` on the way in and gives it back on the
+    way out: ``c*v - ln(1 + c*v) = -c*e*v - ln(1 - c*e*v)`` for a speed v in m/s and the coefficient of restitution e,
+    whatever mass and stiffness. The law is that of Hunt and Crossley (1975), ASME J. Applied Mechanics 42(2):440-445.
+    """
+    if restitution == 1.0:
+        return 0.0
+    low, high = 0.0, 1.0 / restitution
+    while (middle := 0.5 * (low + high)) not in (low, high):
+        gains = middle * (1.0 + restitution) > math.log1p(middle) - math.log1p(-restitution * middle)
+        low, high = (middle, high) if gains else (low, middle)
+    return middle / speed
 
 
 def _of_nominal_flow(qn: float, critical_ratio: float) -> float:

@@ -39,6 +39,15 @@ class Refused(ValueError):
         The requirement that it does not meet.
     time : float or None
         Time in s at which it was to be applied.
+
+    Examples
+    --------
+    >>> import pneumatic_servo as ps
+    >>> try:
+    ...     ps.Model().start({"mass.carriage": 5.0, "mass.moving": 1.0})
+    ... except ps.Refused as refused:
+    ...     print(refused.variable, refused.value)
+    mass.carriage 5.0
     """
 
     def __init__(self, variable: str, value: float, reason: str, time: float | None = None, unit: str = "1") -> None:
@@ -66,6 +75,12 @@ class NoDerivative(ArithmeticError):
         The event at this point.
     reason : str
         The reason.
+
+    Examples
+    --------
+    >>> import pneumatic_servo as ps
+    >>> print(ps.NoDerivative(0.5, "break-away", "the motion rests at its limit"))
+    the run has no derivative from t = 0.5 s on, at break-away: the motion rests at its limit
     """
 
     def __init__(self, time: float, event: str, reason: str) -> None:
@@ -77,11 +92,18 @@ class NoDerivative(ArithmeticError):
 
 
 class MissingPackage(ImportError):
-    """An optional package that is not installed; the message says how to get it."""
+    """An optional package that is not installed; the message says how to get it.
+
+    Examples
+    --------
+    >>> import pneumatic_servo as ps
+    >>> print(ps.MissingPackage("pandas", "pandas"))
+    this needs pandas: pip install 'pneumatic-servo[pandas]'
+    """
 
     def __init__(self, package: str, extra: str) -> None:
         super().__init__(f"this needs {package}: pip install 'pneumatic-servo[{extra}]'")
 
 
 class NotConverged(RuntimeError):
-    """A fit whose solver did not come to an end."""
+    """A fit whose search did not converge."""

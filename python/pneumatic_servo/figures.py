@@ -158,6 +158,35 @@ def draw_laws(runs: Mapping[str, Recorded], names: Sequence[str]) -> Figure:
     return figure
 
 
+FEW = 6
+"""Runs that are drawn as lines; of more a median and the bands of their distribution."""
+BANDS = ((0.0, 100.0, 0.15), (5.0, 95.0, 0.3))
+"""Percentiles and opacities of the bands."""
+
+
+def draw_runs(runs: Sequence[Recorded], names: Sequence[str]) -> Figure:
+    """Draw each variable of many runs, one panel per variable: lines of a few, of more median, 5 to 95 % and extent."""
+    if len(runs) <= FEW:
+        return draw_laws({f"run {number}": run for number, run in enumerate(runs)}, names)
+    time = max((run.time for run in runs), key=len)
+    with mpl.rc_context(STYLE):
+        figure = Drawing(figsize=(WIDTH, 0.6 + HEIGHT * len(names)), layout="constrained")
+        axes = figure.subplots(len(names), 1, sharex=True, squeeze=False)[:, 0]
+        for axis, name in zip(axes, names, strict=True):
+            values = np.full((len(runs), len(time)), np.nan)
+            for row, run in zip(values, runs, strict=True):
+                row[: len(run.time)] = shown(run, name)
+            for low, high, opacity in BANDS:
+                ends = np.nanpercentile(values, [low, high], axis=0)
+                label = f"{low:g} to {high:g} %"
+                axis.fill_between(time, *ends, color=BLUE, alpha=opacity, linewidth=0.0, label=label)
+            axis.plot(time, np.nanmedian(values, axis=0), color=BLUE, label="median")
+            _label(axis, name, runs[0].variables[name].shown)
+        axes[-1].set_xlabel("time (s)")
+        figure.legend(*axes[0].get_legend_handles_labels(), loc="outside upper center", ncols=3)
+    return figure
+
+
 def draw_friction(run: Recorded) -> Figure:
     """Draw friction against velocity, as a whole and near standstill."""
     with mpl.rc_context(STYLE):

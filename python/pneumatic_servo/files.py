@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import codecs
 import csv
+import gzip
 import os
 import re
 import stat
@@ -26,6 +27,8 @@ def text_of(file: Path, encoding: str | None = None) -> str:
         For what is no text in this encoding, or an encoding that there is not; it names the file.
     """
     data = file.read_bytes()
+    if data[:2] == b"\x1f\x8b":
+        data = gzip.decompress(data)
     if data[:4] in (b"PK\3\4", b"\xd0\xcf\x11\xe0"):
         raise ValueError(f"{file}: it is a workbook, not a table of text; give pandas.read_excel({str(file)!r})")
     marked = data[:2] in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
@@ -148,8 +151,30 @@ def _send(part: Path, file: Path) -> None:
         raise type(error)(error.errno, error.strerror, str(file)) from None
 
 
+CSV = (".csv", ".txt", ".tsv", ".dat")
+OTHERS = (
+    ".csv", ".docx", ".feather", ".h5", ".hdf5", ".htm", ".html", ".json", ".mat", ".npy", ".npz", ".ods", ".parquet",
+    ".pdf", ".pkl", ".png", ".ssv", ".svg", ".tsv", ".xls", ".xlsx", ".xml",
+)  # fmt: skip
+"""Endings that tell a format."""
+
+
+def check_ending(file: Path, *endings: str, instead: str = "") -> None:
+    """Refuse a file whose ending tells another format than will be written, of which the first ending is usual.
+
+    Raises
+    ------
+    ValueError
+        It names both endings, and the remedy.
+    """
+    ending = file.suffix.lower()
+    if ending in OTHERS and ending not in endings and not is_stream(file):
+        raise ValueError(f"{file}: what is written is no {ending} file; name it {file.stem}{endings[0]}{instead}")
+
+
 def write_csv(file: Path, header: Sequence[str], rows: Iterable[Sequence[object]]) -> None:
     """Write a table; numbers as the shortest text that reads back to the same bits."""
+    check_ending(file, *CSV, instead=", or write to_pandas() by pandas where there is such a method")
     with whole(file) as part, part.open("w", newline="", encoding="utf-8") as stream:
         writer = csv.writer(stream, lineterminator="\n")
         writer.writerow(header)

@@ -22,6 +22,7 @@ from xml.etree import ElementTree
 import numpy as np
 from numpy.typing import NDArray
 
+from pneumatic_servo.errors import warn
 from pneumatic_servo.names import did_you_mean
 from pneumatic_servo.run_errors import SimulationError
 from pneumatic_servo.variables import Description, Value
@@ -65,6 +66,7 @@ class FmuModel:
         self.found = {own["name"]: own for _, own in self._described}
         self.references = {own["name"]: reference for reference, own in self._described}
         self._library: ctypes.CDLL | None = None
+        self._resources: str | None = None
 
     def variables(self) -> list[Description]:
         """Return all variables, in the order of the description."""
@@ -77,6 +79,24 @@ class FmuModel:
             self._library = ctypes.CDLL(str(self._unpacked()))
         return self._library
 
+    @property
+    def resources(self) -> str:
+        """The folder of the resources as a URI: the values of a configured FMU."""
+        if self._resources is None:
+            folder = self._folder()
+            with zipfile.ZipFile(self.name) as archive:
+                for name in archive.namelist():
+                    if name == "resources/variant.txt":
+                        archive.extract(name, folder)
+            self._resources = (Path(folder).resolve() / "resources").as_uri()
+        return self._resources
+
+    def _folder(self) -> str:
+        folder = tempfile.mkdtemp(prefix="fmu-")
+        # A loaded library cannot be deleted on Windows.
+        weakref.finalize(self, shutil.rmtree, folder, ignore_errors=True)
+        return folder
+
     def _unpacked(self) -> Path:
         ending = {"win32": ".dll", "darwin": ".dylib"}.get(sys.platform, ".so")
         system = {"win32": "win", "darwin": "darwin"}.get(sys.platform, "linux")
@@ -88,10 +108,15 @@ class FmuModel:
             found = next((name for name in wanted if name in archive.namelist()), None)
             if found is None:
                 raise ValueError(f"{self.name} has no library for this machine: none of {', '.join(wanted)}")
-            folder = tempfile.mkdtemp(prefix="fmu-")
-            # A loaded library cannot be deleted on Windows.
-            weakref.finalize(self, shutil.rmtree, folder, ignore_errors=True)
-            return Path(archive.extract(found, folder))
+            return Path(archive.extract(found, self._folder()))
+
+    def meant(self, _name: str, _value: float) -> str:
+        """Return nothing: the FMU warns of values that are hardly meant itself."""
+        return ""
+
+    def lacks(self, _settings: Sequence[tuple[str, Value]], names: Sequence[str]) -> list[str]:
+        """Return nothing for each variable: the FMU warns of those without effect itself."""
+        return [""] * len(names)
 
     def start(self, settings: Sequence[tuple[str, Value]], time: float) -> FmuSimulation:
         """Start a run at a time in s."""
@@ -113,20 +138,22 @@ class FmuSimulation:
     """A running instance of an FMU."""
 
     def __init__(self, model: FmuModel, settings: Sequence[tuple[str, Value]], time: float) -> None:
-        self.model, self.time, self._messages = model, time, list[str]()
-        self._functions: dict[str, Any] = {}
+        self.model, self.time, self._messages, self._warnings = model, time, list[str](), list[str]()
+        # What `set` has given, and nothing else has changed since.
+        self._given: dict[str, Value] = {}
         library = model.library
         # Kept for as long as the instance may call it.
-        self._logger = LOGGER(lambda _own, _name, _status, _category, text: self._messages.append(_plain(text)))
+        self._logger = LOGGER(self._hear)
         self._callbacks = Callbacks(logger=self._logger)
         library.fmi2Instantiate.restype = c_void_p
         instance = library.fmi2Instantiate(
-            c_char_p(model.identifier.encode()), c_int(CO_SIMULATION), c_char_p(model.guid.encode()), c_char_p(b""),
-            byref(self._callbacks), c_int(0), c_int(0),
+            c_char_p(model.identifier.encode()), c_int(CO_SIMULATION), c_char_p(model.guid.encode()),
+            c_char_p(model.resources.encode()), byref(self._callbacks), c_int(0), c_int(0),
         )  # fmt: skip
         if not instance:
             raise ValueError(self._told("the FMU cannot be instantiated"))
         self._instance = c_void_p(instance)
+        self._call("fmi2SetDebugLogging", c_int(1), c_size_t(1), (c_char_p * 1)(b"logStatusWarning"))
         for name, value in settings:
             self.set_one(name, value)
         self._call("fmi2SetupExperiment", c_int(0), c_double(0.0), c_double(time), c_int(0), c_double(0.0))
@@ -139,14 +166,22 @@ class FmuSimulation:
             self.model.library.fmi2FreeInstance.restype = None
             self.model.library.fmi2FreeInstance(instance)
 
+    def _hear(self, _own: int, _name: bytes, status: int, _category: bytes, text: bytes) -> None:
+        heard = self._warnings if status == WARNING else self._messages
+        heard.append(_plain(text))
+
     def _told(self, otherwise: str) -> str:
         return "; ".join(self._messages) or otherwise
 
     def _call(self, name: str, *arguments: Any, failure: type[Exception] = ValueError) -> None:
         self._messages.clear()
-        status = self.model.library[name](self._instance, *arguments)
+        # As an attribute it is looked up once.
+        status = getattr(self.model.library, name)(self._instance, *arguments)
         if status not in (OK, WARNING):
             raise failure(self._told(f"{name} of {self.model.identifier} ends with the status {status}"))
+        while self._warnings:
+            # The text begins with the function of the standard.
+            warn(self._warnings.pop(0).partition(": ")[2])
 
     def _of(self, name: str) -> tuple[Any, Description]:
         own = self.model.found.get(name)
@@ -156,18 +191,23 @@ class FmuSimulation:
 
     def set(self, settings: Sequence[tuple[str, Value]]) -> None:
         """Set inputs and tunable parameters one after the other; on an error none of them is."""
-        before = self.save() if len(settings) > 1 else None
+        done: list[tuple[str, Value]] = []
         try:
             for name, value in settings:
+                before = self._given[name] if name in self._given else self.get(name)
                 self.set_one(name, value)
+                done.append((name, before))
+                self._given[name] = value
         except ValueError:
-            if before is not None:
-                self.restore(before)
+            for name, before in reversed(done):
+                self.set_one(name, before)
+                self._given[name] = before
             raise
 
     def set_one(self, name: str, value: Value) -> None:
         """Set one input or tunable parameter."""
         reference, own = self._of(name)
+        self._given.pop(name, None)
         if isinstance(value, str):
             ids = {item: number for number, item, _ in own["items"]}
             if value not in ids:
@@ -223,6 +263,7 @@ class FmuSimulation:
         self._call("fmi2DeSerializeFMUstate", data, c_size_t(len(saved.data)), byref(state))
         self._call("fmi2SetFMUstate", state)
         self._call("fmi2FreeFMUstate", byref(state))
+        self._given.clear()
         self.time = saved.time
 
     def states(self) -> list[str]:
@@ -305,6 +346,8 @@ def _descriptions(described: ElementTree.Element) -> list[tuple[int, Description
                     derivative_of=listed[int(state) - 1].attrib["name"] if state else None,
                     meaning=None,
                     counts_for=None,
+                    is_conditional=False,
+                    plausible=None,
                     text=variable.get("description", ""),
                 ),
             )

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pneumatic_servo import _native
-from pneumatic_servo.units import factor
+from pneumatic_servo.units import factor, is_quantity, magnitude
 
 Array = NDArray[np.float64]
 
@@ -82,8 +82,11 @@ def _columns(given: Any) -> tuple[Any, Any, tuple[str, NDArray[np.int64]] | None
         names, units = names_and_units(headers)
         found = []
         for place, si in zip(_native.friction_columns("the table", names), UNITS.values(), strict=True):
-            times = factor(units[place] or si, si, headers[place])
-            found.append(np.asarray(given[headers[place]], dtype=np.float64) * times)
+            column = given[headers[place]]
+            if is_quantity(column):
+                found.append(np.asarray(magnitude(column, si, headers[place]), dtype=np.float64))
+                continue
+            found.append(np.asarray(column, dtype=np.float64) * factor(units[place] or si, si, headers[place]))
         return found[0], found[1], None
     try:
         points = np.asarray(given, dtype=np.float64)
@@ -98,6 +101,8 @@ def _columns(given: Any) -> tuple[Any, Any, tuple[str, NDArray[np.int64]] | None
 
 
 def _numbers(name: str, given: Any) -> Array:
+    if is_quantity(given):
+        given = magnitude(given, UNITS[name], name)
     try:
         values = np.asarray(given, dtype=np.float64)
     except (TypeError, ValueError):

@@ -11,14 +11,16 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pneumatic_servo import values
+from pneumatic_servo.argument_names import quoted
 from pneumatic_servo.checks import mapping
+from pneumatic_servo.chosen_columns import Column, columns_of
 from pneumatic_servo.columns import Table
-from pneumatic_servo.errors import Refused
+from pneumatic_servo.errors import Refused, warn
 from pneumatic_servo.grid import Grid
 from pneumatic_servo.names import did_you_mean
 from pneumatic_servo.plant_warnings import warn_ends, warn_saturation
-from pneumatic_servo.run import Run, held_from
-from pneumatic_servo.tables import is_counted, numbers, of_frame, read_table
+from pneumatic_servo.run import Run, between_rows, held_from
+from pneumatic_servo.tables import is_counted, numbers, read_table, table_of
 from pneumatic_servo.units import in_unit, is_quantity, magnitude, to_si
 from pneumatic_servo.variables import Value, Variable, Variables
 
@@ -43,17 +45,26 @@ Values = Any
 Inputs = Mapping[str, Input]
 
 
-def inputs_of(argument: str, variables: Variables, given: object) -> dict[str, Input]:
+def inputs_of(
+    argument: str, variables: Variables, given: object, columns: str | Mapping[str, str] | None = None,
+    begin: float = 0.0,
+) -> dict[str, Input]:  # fmt: skip
     """Return inputs by name, from a mapping, a table in a file, a DataFrame, or a run whose inputs are to be replayed.
 
-    Of tables and runs only the columns of inputs are taken; what else the model has is ignored.
+    Of tables and runs only the columns of inputs are taken; what else the model has is ignored. `columns` say which
+    those of a table are, and `begin` when the run begins, in s.
     """
+    table = None
+    if isinstance(given, str | Path):
+        table = read_table(given)
+    elif not isinstance(given, Run):
+        table = table_of(given, "the DataFrame")
+    if table is not None:
+        return of_table(variables, table, columns, begin)[0]
+    if columns is not None:
+        raise ValueError(f"{quoted('columns')}: these inputs are no table, so that they have no columns")
     if isinstance(given, Run):
         return replayed(variables, given)
-    if isinstance(given, str | Path):
-        return of_table(variables, read_table(given))[0]
-    if hasattr(given, "columns") and hasattr(given, "iloc"):
-        return of_table(variables, of_frame(given, Path("the DataFrame")))[0]
     named: dict[str, Input] = mapping(argument, given)  # type: ignore[arg-type]
     for name in named:
         _refuse_parameter(argument, variables, name)
@@ -77,7 +88,7 @@ def replayed(variables: Variables, run: Run) -> dict[str, Input]:
     names = [name for name in run.variables if variables.get(name) is not None and variables[name].role == "input"]
     if not names:
         raise ValueError(f"the run has no input among what it recorded: {', '.join(run.variables)}")
-    return {name: (run.time, run.given(name)) for name in names}
+    return {name: run.replayed(name) for name in names}
 
 
 def has_lines(given: object) -> bool:
@@ -85,24 +96,67 @@ def has_lines(given: object) -> bool:
     return isinstance(given, Run) and given.has_lines
 
 
-def of_table(variables: Variables, table: Table) -> tuple[dict[str, Input], float]:
-    """Return the inputs of a table, and its last time in s; errors name file, line, column, variable and value."""
-    times, chosen = _columns(variables, table)
+def of_table(
+    variables: Variables, table: Table, columns: str | Mapping[str, str] | None = None, begin: float = 0.0
+) -> tuple[dict[str, Input], float]:
+    """Return the inputs of a table, and its last time in s; errors name file, line, column, variable and value.
+
+    A table that begins after the run is counted from its first time on, which a warning tells.
+    """
+    chosen = _by_name(variables, table) if columns is None else _as_said(variables, table, columns)
+    if not len(table.values):
+        raise ValueError(f"{table.file}: there are no rows below the header")
+    at, own = chosen.pop("time")
+    main = _times(table, at, own.unit)
+    late = max(0.0, float(main[0]) - begin)
+    if late > 0.0:
+        warn(f"{table.file}: its first time is {main[0]:g} s, which counts as {begin:g} s, where the run starts")
+    if between := [table.names[place] for place, _ in chosen.values() if table.names[place] in table.between]:
+        raise ValueError(f"{table.file}: {between_rows(between)}")
     inputs: dict[str, Input] = {}
-    for name, place in chosen.items():
+    for name, (place, column) in chosen.items():
         variable = variables[name]
         if variable.kind == "boolean" and not np.isnan(table.values[:, place]).any():
-            column = np.ascontiguousarray(table.values[:, place])
+            found = np.ascontiguousarray(table.values[:, place])
         else:
-            column = table.in_si(place, table.units[place] or variable.unit, variable.unit)
+            unit = column.unit or table.units[place] or variable.unit
+            found = table.in_si(place, unit, variable.unit, has_gaps=columns is not None)
+        found = -found if column.turned else found
         if table.is_recorded:
-            column = held_from(column)
-        _check_column(variable, column, table, place)
-        inputs[name] = (times, column)
-    return inputs, float(times[-1])
+            found = held_from(found)
+        clock = table.clocks.get(place, at) if table.clocks else at
+        times = main if clock == at else _times(table, clock, None)
+        # A channel that is slower than others, or has a clock of its own, has fewer samples.
+        known = np.flatnonzero(~np.isnan(found)) if place in table.gaps or table.clocks else np.arange(len(times))
+        if not len(known):
+            raise ValueError(f"{table.file}: {table.names[place]} has no sample")
+        _check_column(variable, found[known], table, place, known)
+        inputs[name] = (times[known] - late, found[known])
+    return inputs, float(main[-1]) - late
 
 
-def _columns(variables: Variables, table: Table) -> tuple[Array, dict[str, int]]:
+def _times(table: Table, place: int, unit: str | None) -> Array:
+    """Return the samples of a clock, in s; refuse times that fall."""
+    times = table.in_si(place, unit or table.units[place] or "s", "s")
+    times = times[np.isfinite(times)] if table.clocks else times
+    falls = np.flatnonzero(np.diff(times) < 0.0)
+    if len(falls):
+        row = int(falls[0]) + 1
+        raise ValueError(f"{table.where(row, place)}: time falls from {times[row - 1]} s to {times[row]} s")
+    return times
+
+
+def _as_said(variables: Variables, table: Table, columns: str | Mapping[str, str]) -> dict[str, tuple[int, Column]]:
+    """Return places and columns by the names of inputs, and of time, as somebody chose them."""
+    known = ["time", *(name for name in variables if variables[name].role == "input")]
+    chosen = {name: column.place(name, table) for name, column in columns_of(columns, known).items()}
+    if len(chosen) == 1:
+        raise ValueError(f"{quoted('columns')}: no column is given for an input; the inputs are {', '.join(known[1:])}")
+    return chosen
+
+
+def _by_name(variables: Variables, table: Table) -> dict[str, tuple[int, Column]]:
+    """Return the same of columns with the names of inputs."""
     place = f"{table.file}:{table.first}"
     for number, name in enumerate(table.names):
         if name and table.names.index(name) != number:
@@ -115,7 +169,7 @@ def _columns(variables: Variables, table: Table) -> tuple[Array, dict[str, int]]
             f"{place}: there is no column `time`, only {', '.join(filter(None, table.names)) or 'an empty line'}{hint}"
         )
     inputs = [name for name in variables if variables[name].role == "input"]
-    chosen = {name: number for number, name in enumerate(table.names) if name in inputs}
+    chosen = {name: (number, Column(name, None)) for number, name in enumerate(table.names) if name in inputs}
     for number, name in enumerate(table.names, start=1):
         # A column without a name holds the numbers of the rows, as pandas writes them.
         if name and name != "time" and name not in variables:
@@ -123,29 +177,21 @@ def _columns(variables: Variables, table: Table) -> tuple[Array, dict[str, int]]
                 f"{place}, column {number}: {name} is not an input{did_you_mean(name, variables)}; "
                 f"the inputs are {', '.join(inputs)}"
             )
-    at = table.names.index("time")
     if not len(table.values):
         raise ValueError(f"{table.file}: there are no rows below the header")
     if not chosen:
         raise ValueError(f"{place}: there is no column of an input; the inputs are {', '.join(inputs)}")
-    times = table.in_si(at, table.units[at] or "s", "s")
-    falls = np.flatnonzero(np.diff(times) < 0.0)
-    if len(falls):
-        row = int(falls[0]) + 1
-        raise ValueError(f"{table.where(row, at)}: time falls from {times[row - 1]} s to {times[row]} s")
-    if times[0] > 0.0:
-        raise ValueError(f"{table.file}: the first time is {times[0]} s; a run starts at 0 s")
-    return times, chosen
+    return {"time": (table.names.index("time"), Column("time", None)), **chosen}
 
 
-def _check_column(variable: Variable, column: Array, table: Table, place: int) -> None:
+def _check_column(variable: Variable, column: Array, table: Table, place: int, rows: NDArray[np.int64]) -> None:
     wrong = _illegal(variable, column)
     if wrong is not None:
         try:
             values.check_range(variable, float(column[wrong]))
         except Refused as error:
             raise ValueError(
-                f"{table.where(wrong, place)}: {column[wrong]} {variable.unit} is refused: {error.reason}"
+                f"{table.where(int(rows[wrong]), place)}: {column[wrong]} {variable.unit} is refused: {error.reason}"
             ) from None
 
 
@@ -201,6 +247,12 @@ def courses(
     if len(shape(name, given)) == 0:
         return _constant(variable, given)
     return _one_per_run(variable, _numbers(variable, given), number)
+
+
+def first_of(driven: Mapping[str, Any]) -> dict[str, float]:
+    """Return the first value of inputs of one run, as `course` returns them; of functions of time none."""
+    columns = {name: one[1][:1] if isinstance(one, tuple) else one for name, one in driven.items() if not callable(one)}
+    return {name: float(np.squeeze(one)) for name, one in columns.items()}
 
 
 def extremes_of(driven: Mapping[str, Any]) -> dict[str, tuple[float, float]]:
@@ -275,9 +327,11 @@ def held(points: tuple[Any, ...]) -> tuple[Any, ...]:
     ends = times[1:] - ULPS * np.spacing(np.abs(times[1:]))
     stepped = np.repeat(times, 2)[:-1]
     stepped[1::2] = stepped[2::2] = ends
-    values = points[1].magnitude if is_quantity(points[1]) else np.asanyarray(points[1])
-    doubled = np.repeat(values, 2, axis=-1)[..., :-1]
-    return (stepped, doubled * points[1].units if is_quantity(points[1]) else doubled, *points[2:])
+    places = np.repeat(np.arange(len(times)), 2)[:-1]
+    if is_quantity(points[1]) and isinstance(points[1], list):
+        return (stepped, [points[1][place] for place in places], *points[2:])
+    values = points[1] if is_quantity(points[1]) else np.asanyarray(points[1])
+    return (stepped, values[..., places], *points[2:])
 
 
 def seconds_of(times: Any) -> Any:
@@ -293,7 +347,7 @@ def _is_constant_with_unit(given: Any) -> bool:
         return any(letter.isalpha() for letter in given)
     if isinstance(given, tuple):
         return len(given) == 2 and isinstance(given[1], str) and np.ndim(given[0]) == 0
-    return is_quantity(given) and np.ndim(given.magnitude) == 0
+    return is_quantity(given) and not isinstance(given, list) and np.ndim(getattr(given, "magnitude", given)) == 0
 
 
 def points(variable: Variable, given: tuple[Any, ...]) -> tuple[Array, Array]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from html import escape
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal, NamedTuple, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     import control
 
 Array = NDArray[np.float64]
+LeftOut = Literal["residualise", "hold"]
 
 
 @dataclass(frozen=True)
@@ -43,11 +44,21 @@ class Linearisation:
     is_scaled : bool
         Whether all is in units of nominal values instead of SI units; see `scaled`.
     left_out : dict
-        States of the plant that are not among `states`, with their values in SI units: they are held there (truncated),
-        and do not follow the others.
+        States of the plant that are not among `states`, with their values in SI units at the operating point.
+    held : tuple of str
+        States of `left_out` that are held there (truncated). The others follow at once (residualised): their rates are
+        0, and the static gain is that of the whole plant.
     settings : dict
         Parameters and inputs of the operating point, and those states that a run can be given at its start. A run of
         `Model.start` with the linearisation begins with all of its states.
+
+    Examples
+    --------
+    >>> import pneumatic_servo as ps
+    >>> linear = ps.Model().linearise({"velocity": 0.05, "valve.hysteresis": 0})
+    >>> A, B, C, D = linear.scaled()
+    >>> linear.to_control().nstates == len(linear.states)
+    True
     """
 
     A: Array
@@ -63,6 +74,7 @@ class Linearisation:
     variables: Variables
     is_scaled: bool = False
     left_out: Mapping[str, float] = field(default_factory=dict)
+    held: tuple[str, ...] = ()
     settings: Mapping[str, Value] = field(default_factory=dict)
     _start: tuple[Mapping[str, Value], SavedState] | None = field(default=None, repr=False, compare=False)
 
@@ -90,6 +102,7 @@ class Linearisation:
             self.variables,
             is_scaled=True,
             left_out=self.left_out,
+            held=self.held,
             settings=self.settings,
             _start=self._start,
         )
@@ -122,7 +135,9 @@ class Linearisation:
 
     def _reduced(self) -> list[str]:
         """Say which states were left out, and how."""
-        return [f"left out, held at their values: {', '.join(self.left_out)}"] if self.left_out else []
+        following = [name for name in self.left_out if name not in self.held]
+        ways = [("left out, following at once", following), ("left out, held at their values", self.held)]
+        return [f"{way}: {', '.join(names)}" for way, names in ways if names]
 
     def _repr_html_(self) -> str:
         scaled = ["in units of nominal values"] if self.is_scaled else []
@@ -173,8 +188,11 @@ def linearise(
     inputs: Sequence[str],
     outputs: Sequence[str],
     trim: bool,
+    left_out: LeftOut,
 ) -> Linearisation:
     """Linearise a model; see `Model.linearise`."""
+    if left_out not in get_args(LeftOut):
+        raise ValueError(f"left_out is 'residualise' or 'hold', not {left_out!r}")
     unknown = next((name for name in inputs if name not in model.inputs), None)
     if unknown is not None:
         hint = did_you_mean(unknown, model.inputs)
@@ -196,25 +214,24 @@ def linearise(
             f"{unknown} is no state of this run{did_you_mean(unknown, simulation.states)}; "
             f"the states are {', '.join(simulation.states)}"
         )
-    rates = [point.rates[name] for name in chosen]
-    driven = simulation.jacobian(rates, inputs)
-    through = simulation.jacobian(outputs, inputs)
-    # States that were chosen may leave out those that an input moves; a carriage that sticks moves by none.
-    for place, name in enumerate(inputs if states is None or _sticks(point) else ()):
-        if not driven[:, place].any() and not through[:, place].any():
-            warn(f"{name} = {simulation[name]:g}{_of_unit(model, name)}: it has no effect here, B is 0; {_why(point)}")
-    for own in model.variables.values():
-        if own.meaning == "sampling" and own.counts_for and str(simulation[own.counts_for[0]]) == own.counts_for[1]:
-            choice, law = own.counts_for
-            warn(
-                f"{choice} = {law}: it holds its force between samples ({own.name}), so that its stiffness and damping "
-                "are not in A; a frequency response by simulation shows them"
-            )
+    others = tuple(name for name in simulation.states if name not in chosen)
+    every = (*chosen, *others)
+    rates = [point.rates[name] for name in every]
+    full = _Matrices(
+        simulation.jacobian(rates, every),
+        simulation.jacobian(rates, inputs),
+        simulation.jacobian(outputs, every),
+        simulation.jacobian(outputs, inputs),
+    )
+    found, held = full.reduced(every, len(chosen), left_out, [model.variables[name].nominal or 1.0 for name in every])
+    for place, name in enumerate(inputs):
+        if not found.b[:, place].any() and not found.d[:, place].any():
+            value = f"{name} = {simulation[name]:g}{_of_unit(model, name)}"
+            warn(f"{value}: it has no effect here, B is 0; {full.blocking(every, len(chosen), place) or _why(point)}")
+    for law in held_between_samples(model, simulation):
+        warn(f"{law}, so that its stiffness and damping are not in A; a frequency response by simulation shows them")
     return Linearisation(
-        simulation.jacobian(rates, chosen),
-        driven,
-        simulation.jacobian(outputs, chosen),
-        through,
+        *found,
         chosen,
         tuple(inputs),
         tuple(outputs),
@@ -222,10 +239,81 @@ def linearise(
         simulation.get(inputs),
         simulation.get(outputs),
         model.variables,
-        left_out={name: simulation.get_one(name) for name in simulation.states if name not in chosen},
+        left_out={name: simulation.get_one(name) for name in others},
+        held=held,
         settings=_settings(model, simulation),
         _start=(simulation._settings, simulation.save()),
     )
+
+
+def held_between_samples(model: ModelDescription, simulation: Simulation) -> Iterator[str]:
+    """Yield the beginning of a warning for each law whose force does not follow the states between its samples."""
+    for own in model.variables.values():
+        if own.meaning == "sampling" and own.counts_for and str(simulation[own.counts_for[0]]) == own.counts_for[1]:
+            choice, law = own.counts_for
+            yield f"{choice} = {law}: it holds its force between samples ({own.name})"
+
+
+class _Matrices(NamedTuple):
+    """A, B, C and D."""
+
+    a: Array
+    b: Array
+    c: Array
+    d: Array
+
+    def reduced(
+        self, names: tuple[str, ...], kept: int, left_out: LeftOut, nominal: Sequence[float]
+    ) -> tuple[_Matrices, tuple[str, ...]]:
+        """Leave out all states but the first ones; also return which of them are held.
+
+        Residualisation (singular perturbation approximation): with the rates of the others at 0, these follow from the
+        states that are kept and the inputs. A state whose rate no other left-out state changes comes to no rest of its
+        own, as a position, and is held.
+        """
+        follow = list(range(kept, len(names))) if left_out == "residualise" else []
+        while True:
+            pushed = [row for row in follow if self.a[row, follow].any()]
+            if len(pushed) == len(follow):
+                break
+            follow = pushed
+        held = tuple(name for place, name in enumerate(names) if place >= kept and place not in follow)
+        if not follow:
+            return _Matrices(self.a[:kept, :kept], self.b[:kept], self.c[:, :kept], self.d), held
+        units = np.array(nominal)[follow]
+        own = self.a[np.ix_(follow, follow)] * units / units[:, None]
+        words = ", ".join(names[place] for place in follow)
+        if np.linalg.matrix_rank(own) < len(follow):
+            raise ValueError(
+                f"states: {words} come to no rest of their own, and cannot follow at once; keep one more of them, or "
+                "hold them by left_out='hold'"
+            )
+        if np.linalg.eigvals(own).real.max() > 0.0:
+            warn(f"{words}: left out, but unstable at this point; keep them among the states")
+        to_states, to_inputs = (
+            units[:, None] * np.linalg.solve(own, rows[follow] / units[:, None]) for rows in (self.a[:, :kept], self.b)
+        )
+        through_states, through_outputs = self.a[:kept][:, follow], self.c[:, follow]
+        return _Matrices(
+            self.a[:kept, :kept] - through_states @ to_states,
+            self.b[:kept] - through_states @ to_inputs,
+            self.c[:, :kept] - through_outputs @ to_states,
+            self.d - through_outputs @ to_inputs,
+        ), held
+
+    def blocking(self, names: tuple[str, ...], kept: int, place: int) -> str:
+        """Name the states whose being held takes the effect of an input that it would have, and the remedy."""
+        moved = self.b[:, place] != 0.0
+        first = [names[row] for row in np.flatnonzero(moved) if row >= kept]
+        reached = moved
+        for _ in names:
+            reached = reached | (self.a[:, reached] != 0.0).any(axis=1)
+        if not first or not reached[:kept].any():
+            return ""
+        return (
+            f"it acts through {', '.join(first)}, which is left out and held; left_out='residualise' keeps its static "
+            "gain, and a state that is kept its dynamics"
+        )
 
 
 def _settings(model: ModelDescription, simulation: Simulation) -> dict[str, Value]:

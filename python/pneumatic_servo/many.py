@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor, Future, wait
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from reprlib import repr as shortened
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -81,11 +82,13 @@ class Work:
         whole.rows[missing] = done.rows
         whole.failures.update({missing[run]: failure for run, failure in done.failures.items()})
         whole.noticed.extend((missing[run], name, value, remark) for run, name, value, remark in done.noticed)
-        return replace(whole, ended=done.ended)
+        return replace(whole, ended=done.ended, extremes=done.extremes)
 
     def missing(self, earlier: Runs) -> list[int]:
         """Return the numbers of the runs that earlier ones of the same work did not finish."""
         check_same(earlier, [{**self.shared, **own} for own in self.runs], self.outputs)
+        if earlier._controlled is not None:
+            raise ValueError("resume: the earlier runs had a controller, and here is none")
         _, step, count, every = self.grid
         rows = -(-count // every) + 1
         if len(earlier.time) != rows or (count and abs(earlier.time[-1] - self.grid[0] - count * step) > 0.5 * step):
@@ -93,10 +96,12 @@ class Work:
                 f"resume: the earlier runs have {len(earlier.time)} rows up to {earlier.time[-1]:g} s, these {rows} up "
                 f"to {self.grid[0] + count * step:g} s"
             )
-        before = earlier.inputs or {}
-        for name in dict.fromkeys([*self.inputs, *before]):
-            if name not in before or name not in self.inputs or not _is_same(before[name], self.inputs[name]):
-                raise ValueError(f"resume: the input {name} of the earlier runs is another one")
+        check_same_inputs(earlier, self.inputs)
+        if earlier._lines != self.lines:
+            ways = ("held over each step", "on straight lines")
+            raise ValueError(
+                f"resume: inputs of the earlier runs are {ways[earlier._lines]}, and these are {ways[self.lines]}"
+            )
         return unfinished(earlier)
 
     def make(self, threads: int, progress: Callable[[int], None] | None = None) -> Done:
@@ -105,7 +110,7 @@ class Work:
             _native.Model(self.model),
             list(self.shared.items()),
             [list(settings.items()) for settings in self.runs],
-            [(name, _aligned(course)) for name, course in self.inputs.items()],
+            [(name, aligned(course)) for name, course in self.inputs.items()],
             self.grid,
             list(self.outputs),
             threads,
@@ -113,9 +118,7 @@ class Work:
             self.most,
             self.lines,
         )
-        rows = np.array([count for count, _ in reached], dtype=np.int64)
-        failures = {run: failure for run, (_, failure) in enumerate(reached) if failure is not None}
-        return Done(values, rows, failures, ended, [(run, *notice) for run, notice in noticed])
+        return Done.of(values, reached, ended, noticed)
 
     def make_by(self, executor: Executor, progress: Callable[[int], None] | None = None) -> Done:
         """Let an executor make the runs, in pieces of which each is made by one thread.
@@ -151,6 +154,7 @@ class Work:
                 continue
             whole.values[first:last] = done.values
             whole.rows[first:last] = done.rows
+            widened(whole.extremes, done.extremes)
             whole.failures.update({first + run: failure for run, failure in done.failures.items()})
             known = {name for _, name, _, _ in whole.noticed}
             whole.noticed.extend(
@@ -175,6 +179,8 @@ class Done:
         Exception that ended all runs.
     noticed : list of tuple
         Warnings: run, variable, value and remark.
+    extremes : dict
+        Least and largest value of each input of the plant, where a controller sets some.
     """
 
     values: Array
@@ -182,6 +188,27 @@ class Done:
     failures: dict[int, str]
     ended: BaseException | None
     noticed: list[tuple[int, str, float, str]]
+    extremes: dict[str, tuple[float, float]] = field(default_factory=dict)
+
+    @classmethod
+    def of(
+        cls, values: Array, reached: Sequence[tuple[int, str | None]], ended: BaseException | None,
+        noticed: Sequence[tuple[int, tuple[str, float, str]]],
+        extremes: Mapping[str, tuple[float, float]] | None = None,
+    ) -> Done:  # fmt: skip
+        """Return runs as the extension module tells them."""
+        rows = np.array([count for count, _ in reached], dtype=np.int64)
+        failures = {run: failure for run, (_, failure) in enumerate(reached) if failure is not None}
+        return cls(
+            values, rows, failures, ended, [(run, *notice) for run, notice in noticed], dict(extremes or {})
+        )  # fmt: skip
+
+
+def widened(extremes: dict[str, tuple[float, float]], others: Mapping[str, tuple[float, float]]) -> None:
+    """Widen the ranges of inputs by those of other runs."""
+    for name, (low, high) in others.items():
+        least, most = extremes.get(name, (low, high))
+        extremes[name] = min(low, least), max(high, most)
 
 
 def _make(work: Work) -> Done:
@@ -210,7 +237,7 @@ def _wait(tasks: Sequence[Future[Done]], sizes: Sequence[int], progress: Callabl
             raise failures[0]
 
 
-def _aligned(course: Courses) -> Courses:
+def aligned(course: Courses) -> Courses:
     """Return a course as the extension module reads it: arrays that came over a wire may lie anywhere in memory."""
     if isinstance(course, tuple):
         times, rows = course
@@ -226,10 +253,11 @@ def _part(course: Courses, numbers: Sequence[int], count: int) -> Courses:
 
 
 def _is_same(one: Courses, other: Courses) -> bool:
-    return np.array_equal(np.shape(one), np.shape(other)) and all(map(np.array_equal, *map(_arrays, (one, other))))
+    before, now = _arrays(one), _arrays(other)
+    return len(before) == len(now) and all(np.array_equal(*pair) for pair in zip(before, now, strict=True))
 
 
-def _arrays(course: Courses) -> tuple[object, ...]:
+def _arrays(course: Courses) -> tuple[Any, ...]:
     return course if isinstance(course, tuple) else (course,)
 
 
@@ -246,6 +274,14 @@ def check_same(earlier: Runs, runs: Sequence[Mapping[str, Value]], outputs: Sequ
             if before.get(name) != now.get(name):
                 had, has = (own.get(name, "not given") for own in (before, now))
                 raise ValueError(f"resume: {name} of run {number} was {had}, and here it is {has}")
+
+
+def check_same_inputs(earlier: Runs, inputs: Mapping[str, Courses]) -> None:
+    """Refuse runs with other inputs, and name the input."""
+    before = earlier.inputs or {}
+    for name in dict.fromkeys([*inputs, *before]):
+        if name not in before or name not in inputs or not _is_same(before[name], inputs[name]):
+            raise ValueError(f"resume: the input {name} of the earlier runs is another one")
 
 
 def unfinished(earlier: Runs) -> list[int]:

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import Executor
+from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor
 from pathlib import Path
-from typing import Any, NoReturn, Protocol, runtime_checkable
-
-import numpy as np
+from typing import TYPE_CHECKING, Any, NoReturn, Protocol, runtime_checkable
 
 from pneumatic_servo import _native, defaults, effects, plant_warnings, progress, values
 from pneumatic_servo.checks import names, submits, whole_number
-from pneumatic_servo.closed_loop import Controller, Loop
+from pneumatic_servo.closed_loop import Controller, Loop, Record
+from pneumatic_servo.closed_many import ClosedWork
 from pneumatic_servo.comparison import COUNTED, RECORDED, Comparison, check_laws
 from pneumatic_servo.errors import Refused, warn
 from pneumatic_servo.fmu import OWN, nothing
@@ -23,23 +22,30 @@ from pneumatic_servo.inputs import (
     course,
     courses,
     extremes_of,
+    first_of,
     has_lines,
     inputs_of,
     settings_of_runs,
     shape,
     tell_unusual,
 )
-from pneumatic_servo.linear import Linearisation, linearise
-from pneumatic_servo.many import Done, Work, check_same, unfinished
+from pneumatic_servo.iosys import to_iosys
+from pneumatic_servo.linear import LeftOut, Linearisation, linearise
+from pneumatic_servo.many import Done, Work
 from pneumatic_servo.model_description import ModelDescription
 from pneumatic_servo.names import did_you_mean
-from pneumatic_servo.run import COUNTS, Run, Runs
+from pneumatic_servo.run import COUNTS, Run, Runs, Steps
 from pneumatic_servo.run_errors import Interrupted, SimulationError
 from pneumatic_servo.sensitivities import Replay, Sensitivities
 from pneumatic_servo.simulation import Simulation
+from pneumatic_servo.solver_log import COUNTERS, SolverLog
 from pneumatic_servo.ssv import read_ssv
 from pneumatic_servo.tasks import available_cores
+from pneumatic_servo.trim import TrimError
 from pneumatic_servo.variables import Value, Variables
+
+if TYPE_CHECKING:
+    import control
 
 
 @runtime_checkable
@@ -126,8 +132,8 @@ class Model(ModelDescription):
         with self._with_units():
             native = self._native.start(list(settings.items()), begin)
         self._tell_saturated(settings)
-        effects.tell(self.variables, given)
-        plant_warnings.warn_notices(self.variables, native.notices(), given)
+        effects.tell(self, given)
+        effects.tell_notices(self, native.notices(), given)
         return Simulation(native, self, settings, defaults.followers(self.variables, given, settings))
 
     def simulate(
@@ -135,6 +141,7 @@ class Model(ModelDescription):
         parameters: Parameters | None = None,
         *,
         inputs: Inputs | None = None,
+        columns: str | Mapping[str, str] | None = None,
         stop: float | None = None,
         step: float | None = None,
         start: float = 0.0,
@@ -144,6 +151,8 @@ class Model(ModelDescription):
         controller: Controller | None = None,
         period: float | None = None,
         delay: float = 0.0,
+        record: Record = (),
+        solver_log: bool = False,
         progress: progress.Progress = False,
     ) -> Run:
         """Run the model once.
@@ -164,7 +173,11 @@ class Model(ModelDescription):
             value at the begin of each communication step is held over it. Before the first point its value holds, and
             after the last one the last, which a warning tells; a
             valve voltage saturates at 0 and 10 V, which one tells, too. A table in a file, a DataFrame or an earlier
-            run give all their inputs; their other columns are ignored.
+            run give all their inputs; their other columns are ignored. A table that begins after ``start`` is counted
+            from its first time on, which a warning tells.
+        columns : str or mapping, optional
+            Which columns of such a table are the time and the inputs, as `fit` takes it:
+            ``"time=t,valveVoltage=u,supplyPressure=p[bar]"``; by default those with their names.
         stop, step, start : float, optional
             End, size of the communication steps, and begin in s; by default as in the default experiment.
         outputs : sequence of str, optional
@@ -180,8 +193,15 @@ class Model(ModelDescription):
             Controller of a closed loop: a function of the time in s and a mapping of the plant's variables, which
             returns inputs by name or the value of the first one. Or the name of a controller's model, or the pair of
             it and its parameters: ``("PositionController", {"gain.position": 10})``; its own inputs, as
-            ``referencePosition``, are given among the inputs. It is copied for each run, so that objects may have
-            a state.
+            ``referencePosition``, are given among the inputs. Each run has a copy of its own, of objects, of
+            functions and the variables that they close over; ``run.controller`` is this copy in its final state. A
+            function without parameters is a factory, which is called for the controller of each run.
+        record : sequence of str, or mapping
+            Names of what the controller returns beside inputs, which become columns of the run; a mapping gives their
+            units: ``{"error": "m"}``. Of a controller's model any of its variables. A row has the values of the last
+            sample before it.
+        solver_log : bool
+            Whether ``run.solver_log`` is to have the steps and events of the solver: see `SolverLog`.
         period, delay : float, optional
             Time in s between its samples, by default a communication step, and from a sample until what it sets is
             applied; both whole numbers of communication steps.
@@ -221,11 +241,15 @@ class Model(ModelDescription):
         grid = self._grid(start, stop, step, every)
         settings = self._settings(parameters)
         lines = has_lines(inputs)
-        inputs = inputs_of("inputs", self.variables, inputs)
+        inputs = inputs_of("inputs", self.variables, inputs, columns, grid.start)
         if isinstance(parameters, HasSettings):
             # A sheet, a fit or a run has start values of inputs, which those over time replace.
             settings = {name: value for name, value in settings.items() if name not in inputs}
         self._refuse_twice(settings, inputs)
+        if solver_log and (self._is_fmu or COUNTERS[0] not in self.variables):
+            raise ValueError(
+                f"solver_log: {'an FMU tells no events' if self._is_fmu else f'{self.name} has no solver'}"
+            )
         if self._is_fmu and controller is None:
             if sensitivities:
                 raise ValueError(f"a run of an FMU has no sensitivities; {OWN}")
@@ -233,56 +257,57 @@ class Model(ModelDescription):
         if controller is not None:
             if sensitivities:
                 raise ValueError("sensitivities need given inputs; a run with a controller has none")
-            loop = Loop(self, controller, grid, period, delay)
+            loop = Loop(self, controller, grid, period, delay, record)
             with _shown(progress, f"{self.name}", grid.count, " steps") as tell:
-                run = self._closed(loop, settings, inputs, outputs, tell)
-            effects.tell_outputs(self.variables, [settings], outputs)
+                run = self._closed(loop, settings, inputs, outputs, tell, logs=solver_log)
+            effects.tell_outputs(self, [settings], outputs)
             return run
         if period is not None or delay != 0.0:
             raise ValueError("period and delay are for a controller, and none is given")
+        if record:
+            raise ValueError("record is for a controller, and none is given; name variables among the outputs")
         driven = [(name, course(self.inputs, name, given)) for name, given in inputs.items()]
         recorded = self._recorded(outputs, inputs)
         by = names("sensitivities", sensitivities)
-        given, settings = settings, self._fitted(settings)
+        given, settings = settings, self._fitted(settings, first_of(dict(driven)))
         followers = defaults.followers(self.variables, given, settings)
         followed = {name: follows for name, follows in followers.items() if follows[0] in by and name not in by}
         with _shown(progress, f"{self.name}", grid.count, " steps") as tell, self._with_units():
-            found, rows, failure, ended, notices, extremes, told = _native.simulate(
+            found, rows, failure, ended, notices, extremes, told, logged = _native.simulate(
                 self._native, list(settings.items()), driven, grid.numbers, list(recorded),
-                [*by, *followed], tell, lines,
+                [*by, *followed], tell, lines, list(COUNTERS) if solver_log else None,
             )  # fmt: skip
         slopes = None if told is None else Sensitivities.of(by, followed, recorded, grid.times()[:rows], told)
         replay = None if lines else Replay(self._native, settings, driven, grid, list(self.inputs), followers)
-        run = Run(grid.times()[:rows], found[:, :rows], recorded, settings, slopes, replay, has_lines=lines)
+        steps = None if grid.every == 1 else Steps(grid, dict(driven))
+        run = Run(
+            grid.times()[:rows], found[:, :rows], recorded, settings, slopes, replay, has_lines=lines, steps=steps,
+            solver_log=None if logged is None else SolverLog.of(grid.times()[:rows], logged),
+        )  # fmt: skip
         if isinstance(ended, Refused):
             raise self._in_unit(ended) from None
         if ended is not None:
             _raise(ended, run)
         self._tell_saturated(settings)
-        effects.tell(self.variables, given)
-        effects.tell_by(self.variables, given, by)
-        effects.tell_inputs(self.variables, [settings], dict(zip(inputs, extremes, strict=True)))
-        effects.tell_outputs(self.variables, [settings], outputs)
+        effects.tell(self, given)
+        effects.tell_by(self, given, by)
+        effects.tell_inputs(self, [settings], dict(zip(inputs, extremes, strict=True)))
+        effects.tell_outputs(self, [settings], outputs)
         for name, (low, high) in zip(inputs, extremes, strict=True):
             plant_warnings.warn_saturation(self.inputs[name], low, high)
         largest = {name: max(ends, key=abs) for name, ends in zip(inputs, extremes, strict=True)}
         plant_warnings.warn_size(self.variables, [{**settings, **largest}])
         self._warn_ends(driven, grid)
-        plant_warnings.warn_notices(self.variables, notices, given)
+        effects.tell_notices(self, notices, given)
         if failure is not None:
             error = SimulationError(failure)
             error.finished = run
             raise error
         return run
 
-    def _begun(self, settings: Mapping[str, Value], time: float) -> Simulation:
-        """Start a run with values in SI units, without warnings."""
-        with self._with_units():
-            return Simulation(self._native.start(list(settings.items()), time), self, settings)
-
     def _closed(
         self, loop: Loop, settings: Mapping[str, Value], inputs: Mapping[str, Input], outputs: Sequence[str] | None,
-        tell: Callable[[int], object] | None,
+        tell: Callable[[int], None] | None, *, logs: bool = False,
     ) -> Run:  # fmt: skip
         """Make one run in a closed loop."""
         grid = loop.grid
@@ -291,25 +316,29 @@ class Model(ModelDescription):
         of_controller = {name: course(loop.own_inputs or self.inputs, name, one) for name, one in own.items()}
         recorded = self._recorded(outputs, {name: None for name in self.inputs if name not in settings})
         fitted = self._fitted(settings)
-        effects.tell(self.variables, settings)
-        times, found, history, ended = loop.run(
-            lambda first: self._begun({**fitted, **first}, grid.start), courses_of(given, grid),
-            courses_of(of_controller, grid),
-            list(recorded), tell,
-        )  # fmt: skip
+        effects.tell(self, settings)
+        one = loop.run(
+            fitted, courses_of(given, grid), courses_of(of_controller, grid), list(recorded), tell, logs=logs
+        )
+        history, ended = one.held, one.ended
         begins = grid.points()[: len(next(iter(history.values())))]
-        held = [(name, (begins, one)) for name, one in history.items()]
+        held = [(name, (begins, own)) for name, own in history.items()]
         followers = defaults.followers(self.variables, settings, fitted)
         replay = None if self._is_fmu else Replay(self._native, fitted, held, grid, list(self.inputs), followers)
-        run = Run(times, found, recorded, fitted, None, replay)
-        moved = {name: (float(one.min()), float(one.max())) for name, one in history.items() if len(one)}
-        effects.tell_inputs(self.variables, [fitted], moved)
-        for name, one in history.items():
-            if len(one):
-                plant_warnings.warn_saturation(self.inputs[name], float(one.min()), float(one.max()))
-        largest = {name: float(one[np.argmax(np.abs(one))]) for name, one in history.items() if len(one)}
+        steps = None if grid.every == 1 else Steps(grid, dict(held))
+        shown = Variables([*recorded.values(), *loop.record.values()])
+        run = Run(
+            one.times, one.values, shown, fitted, None, replay, steps=steps,
+            controller=None if one.controller is nothing else one.controller,
+            solver_log=None if one.log is None else SolverLog.of(one.times, one.log),
+        )  # fmt: skip
+        moved = {name: (float(own.min()), float(own.max())) for name, own in history.items() if len(own)}
+        effects.tell_inputs(self, [fitted], moved)
+        for name, (low, high) in moved.items():
+            plant_warnings.warn_saturation(self.inputs[name], low, high)
+        largest = {name: max(ends, key=abs) for name, ends in moved.items()}
         plant_warnings.warn_size(self.variables, [{**fitted, **largest}])
-        plant_warnings.warn_notices(self.variables, self._begun(fitted, grid.start)._native.notices(), settings)
+        effects.tell_notices(self, one.noticed, settings)
         self._warn_ends([*given.items(), *of_controller.items()], grid, loop.own_inputs)
         if isinstance(ended, SimulationError):
             ended.finished = run
@@ -323,6 +352,7 @@ class Model(ModelDescription):
         parameters: Sequence[Parameters] | Mapping[str, Values] = (),
         *,
         inputs: Mapping[str, Input] | None = None,
+        columns: str | Mapping[str, str] | None = None,
         common: Parameters | None = None,
         number: int | None = None,
         stop: float | None = None,
@@ -337,6 +367,7 @@ class Model(ModelDescription):
         controller: Controller | None = None,
         period: float | None = None,
         delay: float = 0.0,
+        record: Record = (),
         progress: progress.Progress = True,
     ) -> Runs:
         """Run the model many times on all cores, each run with the same bits as alone.
@@ -349,6 +380,8 @@ class Model(ModelDescription):
         inputs : mapping, optional
             Inputs over time: as for `simulate`, and besides arrays of shape (runs,) with a constant for each run, and
             points ``(t, u)`` with u of shape (runs, times). Functions are called once for all runs.
+        columns : str or mapping, optional
+            Which columns of a table are the time and the inputs: see `simulate`.
         common : mapping, optional
             Parameters and start values that all runs share, as far as a run has none of its own.
         number : int, optional
@@ -360,7 +393,9 @@ class Model(ModelDescription):
         every : int
             Steps per recorded row.
         workers : int, optional
-            Number of threads; by default one per core that this process may use.
+            Number of threads; by default one per core that this process may use. Runs with a controller in Python,
+            which one interpreter makes one after the other, are divided among as many processes, by default among
+            none: the controller is pickled for them, as a function of a module or an object of its classes can be.
         executor : concurrent.futures.Executor, optional
             Executor of the runs: a ``ProcessPoolExecutor``, ``client.get_executor()`` of a Dask cluster, or any
             other. The bits are the same.
@@ -369,9 +404,9 @@ class Model(ModelDescription):
         resume : Runs, optional
             The ``finished`` of an interrupted call with the same arguments, which may have been pickled: what is
             complete there is not made again.
-        controller, period, delay : optional
-            Controller of each run: see `simulate`. Such runs are made one after the other, and inputs are
-            the same for all.
+        controller, period, delay, record : optional
+            Controller of each run: see `simulate`. A controller of the library, as ``"PositionController"``, runs
+            beside the plant on all cores, without a step through Python.
         progress : bool or callable
             Whether to show progress on a terminal, or what is called with runs done and runs in all.
 
@@ -395,7 +430,7 @@ class Model(ModelDescription):
         grid = self._grid(start, stop, step, every)
         shared = self._settings(common, "common")
         lines = has_lines(inputs)
-        inputs = inputs_of("inputs", self.variables, inputs)
+        inputs = inputs_of("inputs", self.variables, inputs, columns, grid.start)
         threads = available_cores() if workers is None else whole_number("workers", workers, least=1)
         number = _number_of_inputs(inputs) if number is None else whole_number("number", number, least=1)
         submits("executor", executor)
@@ -407,84 +442,64 @@ class Model(ModelDescription):
         given = [{**shared, **own} for own in runs]
         if self._is_fmu and controller is None:
             controller = nothing
-        if controller is not None:
-            loop = Loop(self, controller, grid, period, delay)
-            if executor is not None or workers is not None:
-                raise ValueError("workers and executor are for runs without a controller")
-            made = self._many_closed(loop, given, inputs, outputs, progress, resume, keep_failures=keep_failures)
-            effects.tell_outputs(self.variables, given, outputs)
-            return made
-        if period is not None or delay != 0.0:
+        loop = None if controller is None else Loop(self, controller, grid, period, delay, record)
+        if loop is None and (period is not None or delay != 0.0):
             raise ValueError("period and delay are for a controller, and none is given")
+        if loop is None and record:
+            raise ValueError("record is for a controller, and none is given; name variables among the outputs")
         runs = self._all_fitted(shared, runs)
-        driven = {name: courses(self.inputs, name, given, len(runs), grid) for name, given in inputs.items()}
-        recorded = self._recorded(outputs, inputs)
-        work = Work(self.name, shared, runs, driven, grid.numbers, list(recorded), lines=lines)
+        known = self.inputs if loop is None else Variables({**self.inputs, **(loop.own_inputs or {})}.values())
+        driven = {name: courses(known, name, one, len(runs), grid) for name, one in inputs.items()}
+        if loop is None:
+            recorded = self._recorded(outputs, inputs)
+            work = Work(self.name, shared, runs, driven, grid.numbers, list(recorded), lines=lines)
+        else:
+            of_plant = self._recorded(outputs, {name: None for name in self.inputs if name not in given[0]})
+            recorded = Variables([*of_plant.values(), *loop.record.values()])
+            work = ClosedWork(self.name, shared, runs, driven, grid.numbers, list(recorded), loop=loop)
         number = len(runs) if resume is None else len(work.missing(resume))
+        is_one_by_one = loop is not None and not loop.runs_beside
         with _shown(progress, self.name, number, " runs") as tell:
 
             def make(part: Work) -> Done:
-                return part.make(threads, tell) if executor is None else part.make_by(executor, tell)
+                if executor is not None:
+                    return part.make_by(executor, tell)
+                if is_one_by_one and workers is not None and threads > 1:
+                    with ProcessPoolExecutor(threads) as processes:
+                        return part.make_by(processes, tell)
+                return part.make(threads, tell)
 
             done = make(work) if resume is None else work.beside(resume, make)
         found = self._runs_of(work, done, grid, recorded, keep_failures=keep_failures)
         for run, name, value, remark in done.noticed:
             own = {**shared, **runs[run]}
-            plant_warnings.warn_notices(self.variables, [(name, value, remark)], own, f"run {run} of {len(runs)}: ")
-        tell_unusual(self.inputs, driven, grid)
-        effects.tell_runs(self.variables, given)
-        effects.tell_inputs(self.variables, given, extremes_of(driven))
-        effects.tell_outputs(self.variables, given, outputs)
-        plant_warnings.warn_size(self.variables, [{**shared, **own} for own in runs])
-        return found
-
-    def _many_closed(
-        self, loop: Loop, runs: Sequence[Mapping[str, Value]], inputs: Mapping[str, Input],
-        outputs: Sequence[str] | None, progress: progress.Progress, earlier: Runs | None, *, keep_failures: bool,
-    ) -> Runs:  # fmt: skip
-        """Make many runs in closed loops, one after the other."""
-        recorded = self._recorded(outputs, {name: None for name in self.inputs if name not in runs[0]})
-        values_ = np.full((len(runs), len(recorded), loop.grid.rows), np.nan)
-        rows = np.zeros(len(runs), dtype=np.int64)
-        failures: dict[int, str] = {}
-        missing = list(range(len(runs)))
-        if earlier is not None:
-            check_same(earlier, runs, list(recorded))
-            if earlier.time.tobytes() != loop.grid.times().tobytes():
-                raise ValueError("resume: the earlier runs have other times")
-            missing, failures = unfinished(earlier), dict(earlier.failures)
-            values_[:], rows[:] = earlier._values, earlier.rows
-        ended: BaseException | None = None
-        with _shown(progress, self.name, len(missing), " runs") as tell:
-            for done, number in enumerate(missing, start=1):
-                run: object = None
-                try:
-                    run = self._closed(loop, runs[number], inputs, list(recorded), None)
-                    if tell is not None:
-                        tell(done)
-                except SimulationError as error:
-                    run, failures[number] = error.finished, str(error)
-                    ended = None if keep_failures else error
-                except KeyboardInterrupt as error:
-                    run, ended = getattr(error, "finished", run), error
-                if isinstance(run, Run):
-                    rows[number] = len(run)
-                    values_[number, :, : len(run)] = [run[name] for name in recorded]
-                if ended is not None:
-                    break
-        found = Runs(loop.grid.times(), values_, recorded, runs, rows, failures)
-        if isinstance(ended, SimulationError):
-            problem = SimulationError(f"run {number} of {len(runs)}: {ended}")
-            problem.finished = found
-            raise problem
-        if ended is not None:
-            _raise(KeyboardInterrupt(), found)
+            effects.tell_notices(self, [(name, value, remark)], own, f"run {run} of {len(runs)}: ")
+        tell_unusual(known, driven, grid)
+        effects.tell_runs(self, given)
+        effects.tell_inputs(self, given, {**extremes_of(driven), **done.extremes})
+        effects.tell_outputs(self, given, outputs)
+        for name, (low, high) in done.extremes.items():
+            if name not in driven:
+                plant_warnings.warn_saturation(self.inputs[name], low, high)
+        largest = {name: max(ends, key=abs) for name, ends in done.extremes.items()}
+        plant_warnings.warn_size(self.variables, [{**shared, **own, **largest} for own in runs])
         return found
 
     def _runs_of(self, work: Work, done: Done, grid: Grid, recorded: Variables, *, keep_failures: bool) -> Runs:
         """Return runs that were made; unless failures are to be kept, the first of them is raised."""
         settings = [{**work.shared, **own} for own in work.runs]
-        finished = Runs(grid.times(), done.values, recorded, settings, done.rows, done.failures, inputs=work.inputs)
+        finished = Runs(
+            grid.times(),
+            done.values,
+            recorded,
+            settings,
+            done.rows,
+            done.failures,
+            inputs=work.inputs,
+            grid=grid,
+            controlled=work.loop.text if isinstance(work, ClosedWork) else None,
+            lines=work.lines,
+        )
         if done.ended is not None:
             _raise(done.ended, finished)
         if done.failures and not keep_failures:
@@ -605,6 +620,7 @@ class Model(ModelDescription):
         inputs: Sequence[str] = ("valveVoltage",),
         outputs: Sequence[str] = ("position", "velocity"),
         trim: bool = True,
+        left_out: LeftOut = "residualise",
     ) -> Linearisation:
         """Linearise the model at an operating point; the matrices are exact derivatives of its equations.
 
@@ -619,6 +635,10 @@ class Model(ModelDescription):
         trim : bool
             Whether the states and `inputs` not in `at` are chosen so that nothing else moves;
             otherwise they have the values with which a run starts.
+        left_out : str
+            What becomes of states that are not kept: ``residualise`` lets them follow at once, so that the static gain
+            stays; ``hold`` keeps them at their values. A position that is left out is held in both cases, since it
+            comes to no rest of its own.
 
         Returns
         -------
@@ -634,7 +654,8 @@ class Model(ModelDescription):
         Warns
         -----
         PlantWarning
-            When an input has no effect at the point, since the valve is in its dead zone or the carriage sticks.
+            When an input has no effect at the point, since the valve is in its dead zone or the carriage sticks; and
+            when it loses its effect with a state that is held.
 
         Examples
         --------
@@ -642,6 +663,10 @@ class Model(ModelDescription):
         >>> A, B, C, D = ps.Model().linearise({"velocity": 0.05, "valve.hysteresis": 0})
         >>> A.shape, B.shape
         ((8, 8), (8, 1))
+        >>> four = ["position", "velocity", "chamberA.pressure", "chamberB.pressure"]
+        >>> slow = ps.Model().linearise({"velocity": 0.05, "valve.hysteresis": 0}, states=four)
+        >>> bool(slow.B[2, 0] > 0 > slow.B[3, 0])
+        True
         """
         kept = None if states is None else names("states", states)
         driven, seen = names("inputs", inputs), names("outputs", outputs)
@@ -655,7 +680,118 @@ class Model(ModelDescription):
             unknown = next((one for one in chosen if one not in self.variables), None)
             if unknown is not None:
                 raise ValueError(f"{name}: there is no variable {unknown}{did_you_mean(unknown, self.variables)}")
-        return linearise(self, self.start, self._settings(at, "at"), kept, driven, seen, trim)
+        return linearise(self, self.start, self._settings(at, "at"), kept, driven, seen, trim, left_out)
+
+    def linearise_many(
+        self,
+        points: Sequence[Parameters],
+        *,
+        shared: Parameters | None = None,
+        states: Sequence[str] | None = None,
+        inputs: Sequence[str] = ("valveVoltage",),
+        outputs: Sequence[str] = ("position", "velocity"),
+        trim: bool = True,
+        left_out: LeftOut = "residualise",
+        workers: int | None = None,
+    ) -> list[Linearisation]:
+        """Linearise the model at many operating points on all cores, for a gain schedule.
+
+        Parameters
+        ----------
+        points : sequence of mapping
+            The operating points: see `linearise`.
+        shared : mapping, optional
+            Parameters, states and inputs of all points that do not give them themselves.
+        states, inputs, outputs, trim, left_out
+            As for `linearise`.
+        workers : int, optional
+            Number of threads; by default one per core that this process may use.
+
+        Returns
+        -------
+        list of Linearisation
+            One for each point, with the same bits as by `linearise`.
+
+        Raises
+        ------
+        TrimError
+            When a point is not found; the message begins with its number.
+
+        Examples
+        --------
+        >>> import pneumatic_servo as ps
+        >>> speeds = [{"velocity": velocity} for velocity in (0.05, 0.1, 0.2)]
+        >>> schedule = ps.Model().linearise_many(speeds, shared={"valve.hysteresis": 0})
+        >>> [round(float(point.u[0]), 1) for point in schedule]
+        [5.5, 5.6, 5.8]
+        """
+        if isinstance(points, Mapping) or not isinstance(points, Sequence):
+            raise TypeError("points must be a list of mappings, one for each operating point")
+        threads = available_cores() if workers is None else whole_number("workers", workers, least=1)
+        common = self._settings(shared, "shared")
+
+        def make(number: int) -> Linearisation:
+            try:
+                return self.linearise(
+                    {**common, **self._settings(points[number], "points")}, states=states, inputs=inputs,
+                    outputs=outputs, trim=trim, left_out=left_out,
+                )  # fmt: skip
+            except TrimError as error:
+                raise TrimError(f"point {number} of {len(points)}: {error}") from error
+
+        with ThreadPoolExecutor(threads) as executor:
+            return list(executor.map(make, range(len(points))))
+
+    def to_iosys(
+        self,
+        parameters: Parameters | None = None,
+        *,
+        inputs: Sequence[str] = ("valveVoltage",),
+        outputs: Sequence[str] = ("position", "velocity"),
+        period: float = 1e-3,
+    ) -> control.NonlinearIOSystem:
+        """Return the plant as a nonlinear system of python-control, sampled, with its inputs held over each period.
+
+        Stick and slip, and other events, happen within the periods: a response has the bits of the same steps of a
+        `Simulation`. Modes follow the states that the system has come to; a state that nobody has come to has those of
+        the start.
+
+        Parameters
+        ----------
+        parameters : mapping, path or Linearisation, optional
+            Parameters and start values, as for `start`; of a `Linearisation` its operating point.
+        inputs, outputs : sequence of str
+            Inputs and outputs of the system; dots in their names become ``_``. Other inputs stay as they start.
+        period : float
+            Period in s.
+
+        Returns
+        -------
+        control.NonlinearIOSystem
+            ``system.x0`` is the state at the start, of shape (states,), in SI units.
+
+        Raises
+        ------
+        ValueError
+            For an unknown variable or a value that is refused.
+
+        Examples
+        --------
+        >>> import control
+        >>> import numpy as np
+        >>> import pneumatic_servo as ps
+        >>> system = ps.Model().to_iosys({"supplyPressure": "6 bar"}, period=1e-3)
+        >>> t = np.arange(200) * 1e-3
+        >>> response = control.input_output_response(system, t, np.full(200, 7.0), system.x0)
+        >>> bool(response.outputs[0, -1] > response.outputs[0, 0])
+        True
+        """
+        if self._is_fmu:
+            raise ValueError(f"a run of an FMU is no system of python-control; {OWN}")
+        step = values.seconds("period", period)
+        if step <= 0.0:
+            raise ValueError(f"period = {step:g} is refused: it must be positive")
+        return to_iosys(self.start(parameters), names("inputs", inputs), names("outputs", outputs), step)
 
     def _settings(self, given: Parameters | None, argument: str = "parameters") -> dict[str, Value]:
         """Return values by name as the plant takes them, from a mapping or from an SSV file."""

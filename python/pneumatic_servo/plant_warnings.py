@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from pneumatic_servo.errors import warn
 from pneumatic_servo.grid import Grid
-from pneumatic_servo.units import to_si
 from pneumatic_servo.variables import Variable, Variables
 
 SATURATES: dict[str, tuple[float, float]] = dict.fromkeys(
@@ -25,26 +24,6 @@ FAR = 50.0
 """Length of an input, relative to the run's, from which it is probably a mistake."""
 LATE = 1e-6
 """Tolerance of equal times, in steps."""
-
-
-def warn_notices(
-    variables: Variables, noticed: Iterable[tuple[str, float, str]], given: Mapping[str, object], where: str = ""
-) -> None:
-    """Pass the warnings of the plant on: variable, value and remark; not for a default that is given, and so meant."""
-    for name, value, remark in noticed:
-        variable = variables.get(name)
-        if variable is not None and name in given and value == variable.default:
-            continue
-        unit = "" if variable is None or variable.unit == "1" else f" {variable.unit}"
-        warn(f"{where}{name} = {value:g}{unit}: {remark}{_meant(variable, value)}")
-
-
-def _meant(variable: Variable | None, value: float) -> str:
-    """Return a guess in bar for a pressure that is far too small."""
-    if variable is None or variable.unit != "Pa" or not 0.5 <= value < 1000.0:
-        return ""
-    unit = "bar" if value < 50.0 else "kPa"
-    return f"; did you mean {value:g} {unit}, which is {to_si(value, unit, 'Pa', variable.name):g} Pa?"
 
 
 def warn_saturation(variable: Variable, low: float, high: float) -> None:

@@ -17,13 +17,16 @@ from pneumatic_servo.checks import mapping
 from pneumatic_servo.constant_voltage import AtRest
 from pneumatic_servo.errors import MissingPackage, warn
 from pneumatic_servo.gases import AIR, CONSTANT, relative_density
+from pneumatic_servo.grid import Grid, courses_of
 from pneumatic_servo.names import did_you_mean
 from pneumatic_servo.sensitivities import Gradient, Replay, Sensitivities
+from pneumatic_servo.solver_log import SolverLog
 from pneumatic_servo.units import REFERENCE_DENSITY
 from pneumatic_servo.variables import Variables
 
 if TYPE_CHECKING:
     import pandas
+    import xarray
     from matplotlib.figure import Figure
 
 Array = NDArray[np.float64]
@@ -63,6 +66,43 @@ def held_from(recorded: Array) -> Array:
     return np.append(recorded[1:], recorded[-1:])
 
 
+class Steps:
+    """Inputs of a run at each communication step, where a row stands for several; worked out when they are asked for.
+
+    Parameters
+    ----------
+    grid : Grid
+        Steps and rows.
+    driven : mapping or None
+        Inputs that were given over time, as `courses_of` takes them; others are constant. Nothing where a controller
+        set them, and nobody recorded the steps.
+    """
+
+    def __init__(self, grid: Grid, driven: Mapping[str, Any] | None) -> None:
+        self.every, self._grid, self._driven = grid.every, grid, driven
+
+    def __getstate__(self) -> dict[str, object]:
+        # Functions stay in their process.
+        known = self._driven is not None and not any(map(callable, self._driven.values()))
+        return {**self.__dict__, "_driven": self._driven if known else None}
+
+    def replayed(self, name: str) -> tuple[Array, Array] | None:
+        """Return the times in s at which the steps begin, and an input over each; nothing if nobody knows it."""
+        if self._driven is None or name not in self._driven:
+            return None
+        return self._grid.points()[:-1], courses_of({name: self._driven[name]}, self._grid)[name]
+
+    def fit_rows(self, name: str, recorded: Array) -> bool:
+        """Tell whether an input is known to be constant over the steps of each row."""
+        if self._driven is None:
+            return False
+        if not isinstance(self._driven.get(name, 0.0), tuple) and not callable(self._driven.get(name)):
+            return True
+        held, steps = np.repeat(recorded[1:], self.every), courses_of({name: self._driven[name]}, self._grid)[name]
+        count = min(len(held), len(steps))
+        return bool(np.array_equal(held[:count], steps[:count]))
+
+
 class Run:
     """A run: ``run.time`` in s and, by name, the recorded variables in SI units.
 
@@ -83,6 +123,19 @@ class Run:
         Derivatives of the recorded variables, if they were asked for.
     has_lines : bool
         Whether its inputs ran on straight lines from row to row.
+    controller : object
+        The controller of a closed loop in its final state: the object or function that the run had as its own, or the
+        `Simulation` of a controller's model; None without one, and of a run that comes from another process.
+    solver_log : SolverLog or None
+        Steps and events of the solver, if they were asked for.
+
+    Examples
+    --------
+    >>> import pneumatic_servo as ps
+    >>> run = ps.Model().simulate(inputs={"valveVoltage": 7}, stop=0.2, step=1e-3)
+    >>> run.time.shape, run["position"].shape, run.variables["position"].unit
+    ((201,), (201,), 'm')
+    >>> run[["position", "velocity"]].to_csv("run.csv")
     """
 
     def __init__(
@@ -95,8 +148,14 @@ class Run:
         replay: Replay | None = None,
         *,
         has_lines: bool = False,
+        steps: Steps | None = None,
+        controller: object = None,
+        solver_log: SolverLog | None = None,
     ) -> None:
         self.time = time
+        self.solver_log = solver_log
+        self.controller = controller
+        self._steps = steps
         self._replay = replay
         self.has_lines = has_lines
         self.sensitivities = sensitivities
@@ -105,8 +164,8 @@ class Run:
         self._values = values
 
     def __getstate__(self) -> dict[str, object]:
-        # Inputs may be functions, which other processes do not know: a run that is sent there has no `vjp`.
-        return {**self.__dict__, "_replay": None}
+        # Functions are not known to other processes: a run that is sent there has no `vjp`, and no controller.
+        return {**self.__dict__, "_replay": None, "controller": None}
 
     RECORDED = "pneumatic_servo: inputs are those in force up to each row"
     """Among the ``attrs`` of a DataFrame of an earlier version: its inputs lag the given ones by a row."""
@@ -132,8 +191,9 @@ class Run:
         places = [_place(self.variables, name) for name in chosen]
         variables = Variables(self.variables[name] for name in chosen)
         return Run(
-            self.time, self._values[places], variables, self.settings, replay=self._replay, has_lines=self.has_lines
-        )
+            self.time, self._values[places], variables, self.settings, replay=self._replay, has_lines=self.has_lines,
+            steps=self._steps, controller=self.controller, solver_log=self.solver_log,
+        )  # fmt: skip
 
     def __iter__(self) -> Iterator[str]:
         return iter(self.variables)
@@ -194,14 +254,44 @@ class Run:
         except ImportError as error:
             raise MissingPackage("pandas", "pandas") from error
         self._tell_lines()
-        return pandas.DataFrame(
+        frame = pandas.DataFrame(
             np.array(self._given()).T.reshape(len(self), len(self.variables)),
             index=pandas.Index(self.time, name="time"),
             columns=list(self.variables),
         )
+        if between := self.inputs_between_rows():
+            frame.attrs[self.BETWEEN] = between
+        return frame
+
+    BETWEEN = "pneumatic_servo: inputs that changed between the rows"
+    """Among the ``attrs`` of a DataFrame: names of inputs that it does not have as they were."""
+
+    def inputs_between_rows(self) -> list[str]:
+        """Return the recorded inputs that changed between rows, or may have, where ``every`` was above 1."""
+        if self._steps is None:
+            return []
+        inputs = [name for name, variable in self.variables.items() if variable.role == "input"]
+        return [name for name in inputs if not self._steps.fit_rows(name, self[name])]
+
+    def replayed(self, name: str) -> tuple[Array, Array]:
+        """Return times in s and values of an input, one for each communication step.
+
+        Raises
+        ------
+        ValueError
+            When a row stands for several steps, between which the input may have changed.
+        """
+        if self._steps is None or self._steps.fit_rows(name, self[name]):
+            return self.time, self.given(name)
+        found = self._steps.replayed(name)
+        if found is None:
+            raise ValueError(between_rows([name], self._steps.every))
+        return found
 
     def _tell_lines(self) -> None:
         """Warn of a table that says less than the run."""
+        if self._steps is not None and (between := self.inputs_between_rows()):
+            warn(f"a table of this run does not repeat it: {between_rows(between, self._steps.every)}")
         if self.has_lines:
             warn(
                 "the inputs of this run are on straight lines from row to row, and a simulation of its table holds "
@@ -213,7 +303,10 @@ class Run:
         return [self.given(name) for name in self.variables]
 
     def given(self, name: str) -> Array:
-        """Return a variable, of shape (rows,); of an input that was held, the values that hold from each row on."""
+        """Return a variable, of shape (rows,); of an input that was held, the values that hold from each row on.
+
+        Where a row stands for several steps, an input has the value of the last of them; see `inputs_between_rows`.
+        """
         column = self[name]
         is_held = self.variables[name].role == "input" and not self.has_lines
         return held_from(column) if is_held else column
@@ -230,6 +323,29 @@ class Run:
         self._tell_lines()
         columns = [self.time, *self._given()]
         write_csv(Path(file), ["time", *self.variables], zip(*(column.tolist() for column in columns), strict=True))
+
+    def to_mat(self, file: str | Path) -> None:
+        """Write a .mat file for MATLAB and Simulink; it needs SciPy.
+
+        ``time`` and each variable are column vectors; ``chamberA.pressure`` is a field of the structure ``chamberA``.
+        Inputs are as `to_csv` has them.
+        """
+        from pneumatic_servo.run_files import write_mat
+
+        self._tell_lines()
+        write_mat(Path(file), dict(zip(["time", *self.variables], [self.time, *self._given()], strict=True)))
+
+    def to_combi_table(self, file: str | Path, *, name: str = "run") -> None:
+        """Write a table for Modelica's ``Modelica.Blocks.Sources.CombiTimeTable`` (``tableOnFile``, ``tableName``).
+
+        Its first column is the time, the others are the variables in their order, which the first line tells. Inputs
+        are as `to_csv` has them: held from row on to row, which ``Smoothness.ConstantSegments`` repeats.
+        """
+        from pneumatic_servo.run_files import write_combi_table
+
+        self._tell_lines()
+        columns = dict(zip(["time", *self.variables], [self.time, *self._given()], strict=True))
+        write_combi_table(Path(file), columns, name)
 
     def vjp(
         self, cotangents: Mapping[str, Any], *, parameters: Sequence[str] = (), at_rest: AtRest = "mean"
@@ -350,11 +466,20 @@ class Run:
         return draw_friction(self)
 
 
+def between_rows(names: Sequence[str], every: int | None = None) -> str:
+    """Return the text of a refusal of inputs that changed between the rows of a record."""
+    of = "several steps" if every is None else f"{every} steps"
+    return (
+        f"{', '.join(names)} changed between rows, or may have, since each row stands for {of}: record every step "
+        "(every=1), or give the inputs that the run was given"
+    )
+
+
 COUNTS = "consumption.enabled"
 """The parameter with which a run counts the air that it draws."""
 MEANT = (
-    "time", "settings", "variables", "sensitivities", "consumption", "plot", "plot_friction", "to_csv", "to_pandas",
-    "vjp",
+    "time", "settings", "variables", "sensitivities", "solver_log", "consumption", "plot", "plot_friction", "to_csv",
+    "to_pandas", "vjp",
 )  # fmt: skip
 """Meanings of misspelt attributes of a run."""
 
@@ -376,6 +501,13 @@ class Runs(Sequence[Run]):
         The number of each run: in a part of a study, its number in the study.
     inputs : dict or None
         Inputs of the runs, by which a resumed study is recognised.
+
+    Examples
+    --------
+    >>> import pneumatic_servo as ps
+    >>> runs = ps.Model().simulate_many({"mass.moving": [0.8, 1.2]}, inputs={"valveVoltage": 7}, stop=0.1, step=1e-3)
+    >>> runs["position"].shape, runs.parameters, runs[1].settings["mass.moving"]
+    ((2, 101), {'mass.moving': [0.8, 1.2]}, 1.2)
     """
 
     def __init__(
@@ -388,8 +520,14 @@ class Runs(Sequence[Run]):
         failures: Mapping[int, str],
         numbers: Sequence[int] | None = None,
         inputs: Mapping[str, Any] | None = None,
+        grid: Grid | None = None,
+        controlled: str | None = None,
+        lines: bool = False,
     ) -> None:
         self.inputs = inputs
+        self._grid = grid
+        self._controlled = controlled
+        self._lines = lines
         self.numbers = list(range(len(values))) if numbers is None else list(numbers)
         self.time = time
         self.variables = variables
@@ -453,6 +591,10 @@ class Runs(Sequence[Run]):
             self.rows[places],
             failures,
             [self.numbers[place] for place in places],
+            None if self.inputs is None else {name: _each(one, places, len(self)) for name, one in self.inputs.items()},
+            self._grid,
+            self._controlled,
+            self._lines,
         )
 
     def _of_all(self, name: str) -> Array:
@@ -460,8 +602,11 @@ class Runs(Sequence[Run]):
         return values
 
     def _run(self, index: int) -> Run:
-        rows = int(self.rows[index])
-        return Run(self.time[:rows], self._values[index, :, :rows], self.variables, self._settings[index])
+        rows, steps = int(self.rows[index]), None
+        if self._grid is not None and self._grid.every > 1:
+            own = {name: of_run(course, index, len(self)) for name, course in (self.inputs or {}).items()}
+            steps = Steps(self._grid, None if self._controlled else own)
+        return Run(self.time[:rows], self._values[index, :, :rows], self.variables, self._settings[index], steps=steps)
 
     @property
     def is_complete(self) -> NDArray[np.bool_]:
@@ -471,13 +616,93 @@ class Runs(Sequence[Run]):
     def to_pandas(self) -> pandas.DataFrame:
         """Return one table of all runs: a column per variable; run and time in s are its index.
 
-        A run that could not go on has fewer rows.
+        Behind the variables it has a column for each parameter that differs between the runs: see `parameters`. A run
+        that could not go on has fewer rows.
         """
         try:
             import pandas
         except ImportError as error:
             raise MissingPackage("pandas", "pandas") from error
-        return pandas.concat([run.to_pandas() for run in self], keys=self.numbers, names=["run", "time"])
+        table = pandas.concat([run.to_pandas() for run in self], keys=self.numbers, names=["run", "time"])
+        for name, column in self.parameters.items():
+            if name not in table:
+                table[name] = np.repeat(np.array(column), self.rows)
+        return table
+
+    @property
+    def parameters(self) -> dict[str, list[Any]]:
+        """Parameters and start values that differ between the runs: by name a list of a value for each run.
+
+        A run that was not given one has None.
+        """
+        every = dict.fromkeys(name for settings in self._settings for name in settings)
+        columns = {name: [settings.get(name) for settings in self._settings] for name in every}
+        return {name: column for name, column in columns.items() if any(one != column[0] for one in column)}
+
+    def plot(self, *names: str) -> Figure:
+        """Draw variables of all runs over time, one panel per variable; by default position, velocity and friction.
+
+        Up to six runs are lines; of more there are the median, the band of 5 to 95 % and the extent.
+
+        Parameters
+        ----------
+        *names : str
+            Variables to draw.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+            With units on its axes.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> import pneumatic_servo as ps
+        >>> masses = {"mass.moving": np.linspace(0.8, 1.2, 20)}
+        >>> runs = ps.Model().simulate_many(masses, inputs={"valveVoltage": 6}, stop=0.1, step=1e-3)
+        >>> runs.plot("position").savefig("band.png")
+        """
+        from pneumatic_servo.figures import draw_runs
+
+        usual = [name for name in ("position", "velocity", "frictionForce") if name in self.variables]
+        chosen = list(names) or usual or list(self.variables)[:3]
+        for name in chosen:
+            _place(self.variables, name)
+        begun = [run for run in self if len(run)]
+        if not begun:
+            raise ValueError("none of the runs has begun, and there is nothing to draw")
+        return draw_runs(begun, chosen)
+
+    def to_xarray(self) -> xarray.Dataset:
+        """Return a dataset of xarray: variables over run and time, with their units.
+
+        Parameters that differ between the runs are coordinates along ``run``, those that all share are attributes.
+        Rows that a run does not have are NaN. Inputs are those in force up to each row.
+
+        Examples
+        --------
+        >>> import pneumatic_servo as ps
+        >>> masses = {"mass.moving": [0.8, 1.2]}
+        >>> runs = ps.Model().simulate_many(masses, inputs={"valveVoltage": 6}, stop=0.1, step=1e-3)
+        >>> data = runs.to_xarray()
+        >>> dict(data.sizes), data["position"].attrs["units"]
+        ({'run': 2, 'time': 101}, 'm')
+        >>> heavy = data.swap_dims(run="mass.moving").sel({"mass.moving": 1.2})
+        """
+        try:
+            import xarray
+        except ImportError as error:
+            raise MissingPackage("xarray", "xarray") from error
+        differing = self.parameters
+        data = {
+            name: (("run", "time"), self._of_all(name), {"units": variable.unit, "long_name": variable.text})
+            for name, variable in self.variables.items()
+        }
+        of_runs = {name: ("run", column) for name, column in differing.items() if name not in data}
+        coordinates = {"run": self.numbers, "time": ("time", self.time, {"units": "s"}), **of_runs}
+        shared = self._settings[0] if self._settings else {}
+        common = {name: value for name, value in shared.items() if name not in differing}
+        return xarray.Dataset(data, coordinates, common)
 
     def _repr_html_(self) -> str:
         cells = (
@@ -492,6 +717,21 @@ class Runs(Sequence[Run]):
 
     def __repr__(self) -> str:
         return f"<{len(self)} runs of {len(self.time)} rows: {', '.join(self.variables)}>"
+
+
+def _each(course: Any, places: Sequence[int], count: int) -> Any:
+    """Return an input of some of many runs: a constant, one per run, or times and rows."""
+    if isinstance(course, tuple):
+        return course if len(course[1]) != count else (course[0], course[1][list(places)])
+    return course[list(places)] if isinstance(course, np.ndarray) else course
+
+
+def of_run(course: Any, index: int, count: int) -> Any:
+    """Return an input of one of many runs."""
+    if isinstance(course, tuple):
+        times, rows = course
+        return times, rows[index if len(rows) == count else 0]
+    return float(course[index]) if isinstance(course, np.ndarray) else course
 
 
 def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:

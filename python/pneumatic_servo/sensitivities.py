@@ -22,7 +22,7 @@ Followers = Mapping[str, tuple[str, float]]
 
 @dataclass(frozen=True)
 class Crossing:
-    """An event that a run has come through.
+    """An event of a run.
 
     Attributes
     ----------
@@ -31,10 +31,20 @@ class Crossing:
     name : str
         Which.
     rate : float
-        Rate at which its indicator fell, in its own unit per s: the smaller, the nearer the motion came to missing it.
+        Rate at which its indicator fell, in its own unit per s; a small one means that the motion nearly missed the
+        event.
         NaN where the indicator has no derivative.
     delays : dict
         Derivatives of its time, in s per SI unit of each variable; NaN where there is none.
+
+    Examples
+    --------
+    >>> import pneumatic_servo as ps
+    >>> run = ps.Model().simulate({"friction.law": "Coulomb"}, inputs={"valveVoltage": 7}, stop=0.2, step=1e-3,
+    ...                           sensitivities=["friction.coulomb.Fc"])
+    >>> first = run.sensitivities.events[0]
+    >>> 0.0 < first.time < 0.2
+    True
     """
 
     time: float
@@ -54,6 +64,13 @@ class Sensitivities:
         The events of the run.
     lost : dict
         Points beyond which there is no derivative: a `NoDerivative` by the name of the variable.
+
+    Examples
+    --------
+    >>> import pneumatic_servo as ps
+    >>> run = ps.Model().simulate(inputs={"valveVoltage": 7}, stop=0.2, step=1e-3, sensitivities=["valve.C"])
+    >>> bool(run.sensitivities["position", "valve.C"][-1] > 0.0)  # a larger valve moves the carriage further
+    True
     """
 
     def __init__(
@@ -175,6 +192,13 @@ class Transition:
         States, inputs and parameters without a derivative, and why; their columns are NaN. With ``at_rest="refuse"`` so
         it is with the voltage while it rests, unless ``valve.hysteresis`` is 0: more of it moves the spool, and less
         does not.
+
+    Examples
+    --------
+    >>> import pneumatic_servo as ps
+    >>> A, B, C, D = ps.Model().start().transition(1e-3, outputs=["position"])
+    >>> A.shape[0] == A.shape[1] == B.shape[0], C.shape[0] == D.shape[0] == 1
+    (True, True)
     """
 
     A: Array
@@ -251,6 +275,14 @@ class Gradient:
         With the states at the begin, and with the numbers that the memory keeps then.
     parameters : dict
         With the parameters that were asked for.
+
+    Examples
+    --------
+    >>> import pneumatic_servo as ps
+    >>> run = ps.Model().simulate(inputs={"valveVoltage": 6.5}, stop=0.2, step=1e-3, outputs=["position"])
+    >>> gradient = run.vjp({"position": [0.0] * 200 + [1.0]}, parameters=["valve.C"])
+    >>> sorted(gradient.parameters), gradient.inputs["valveVoltage"].shape
+    (['valve.C'], (200,))
     """
 
     inputs: Mapping[str, Array]
@@ -285,7 +317,7 @@ class Replay:
         """Return the gradient of the sum of recorded variables times cotangents."""
         constant_voltage.check(at_rest)
         if rows != self._grid.rows:
-            raise ValueError("the run has not come to its end, and has no gradient")
+            raise ValueError("the run ended early, and has no gradient")
         weights = np.zeros((len(cotangents), rows))
         for row, (name, given) in zip(weights, cotangents.items(), strict=True):
             own = np.asarray(given, dtype=np.float64)

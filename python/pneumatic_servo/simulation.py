@@ -10,7 +10,7 @@ from typing import Any, Literal, overload
 import numpy as np
 from numpy.typing import NDArray
 
-from pneumatic_servo import _native, checks, constant_voltage, effects, plant_warnings, values
+from pneumatic_servo import _native, checks, constant_voltage, effects, values
 from pneumatic_servo.checks import mapping
 from pneumatic_servo.constant_voltage import AtRest
 from pneumatic_servo.model_description import ModelDescription
@@ -24,6 +24,16 @@ class SavedState:
     """A saved state of a `Simulation`; it serves every simulation of the same model with the same parameters.
 
     It can be pickled, and so goes to other processes and into files.
+
+    Examples
+    --------
+    >>> import pneumatic_servo as ps
+    >>> simulation = ps.Model().start()
+    >>> state = simulation.save()
+    >>> simulation.step(0.1)
+    >>> simulation.restore(ps.SavedState.from_bytes(state.to_bytes()))
+    >>> simulation.time
+    0.0
     """
 
     __slots__ = ("_state",)
@@ -82,8 +92,8 @@ class Simulation:
         # Bound once, because loops call them every step; the methods of the class document them.
         self.__dict__.update(step=native.step, set_one=native.set_one, get_one=native.get)
 
-    def step(self, size: float) -> None:
-        """Integrate over a step of a size in s.
+    def step(self, size: float | str | tuple[float, str]) -> None:
+        """Integrate over a step of a size in s, or with its unit, as ``"1 ms"``.
 
         Raises
         ------
@@ -184,8 +194,8 @@ class Simulation:
         fresh = [n for n in new if n not in self._told and (n not in inputs or new[n] != inputs[n].default)]
         if fresh:
             self._told.update(fresh)
-            effects.tell(self._model.variables, {**self._settings, **new}, fresh)
-        plant_warnings.warn_notices(self._model.variables, self._native.notices(), {**self._settings, **new})
+            effects.tell(self._model, {**self._settings, **new}, fresh)
+        effects.tell_notices(self._model, self._native.notices(), {**self._settings, **new})
 
     def save(self) -> SavedState:
         """Return everything that affects the further run."""
@@ -322,7 +332,7 @@ def transitions(
     ValueError
         For a name that is none, a step that leads nowhere, or a simulation that is given twice.
     SimulationError
-        When the solver cannot go on; it tells the number of the simulation. The others have made their step.
+        When the solver cannot go on; the message has the number of the simulation. The others have made their step.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Tables as the world writes them: text, Parquet and MATLAB files and DataFrames, as columns with names and units.
+"""Tables as the world writes them: text, files of recorders, and DataFrames, as columns with names and units.
 
 A column that is no numbers is refused when somebody asks for it.
 """
@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pneumatic_servo import binary_tables
 from pneumatic_servo.clock import is_clock, seconds_since_first
 from pneumatic_servo.columns import Table, names_and_units
 from pneumatic_servo.delimited import read_text
@@ -31,20 +32,54 @@ def read_table(file: str | Path, encoding: str | None = None) -> Table:
         raise IsADirectoryError(f"{file}: it is a folder; name a table in it")
     if not file.exists():
         raise FileNotFoundError(f"{file}: there is no such file")
-    if file.suffix.lower() == ".parquet":
-        return _of_parquet(file)
-    if file.suffix.lower() == ".mat":
+    suffix = file.suffix.lower()
+    if suffix in (".parquet", ".pq", ".feather", ".arrow"):
+        return _of_arrow(file, "read_parquet" if suffix in (".parquet", ".pq") else "read_feather")
+    if suffix == ".mat":
         return _of_mat(file)
+    if suffix == ".npz":
+        with np.load(file) as arrays:
+            return _of_columns(file, list(arrays), [arrays[name] for name in arrays])
+    if suffix == ".npy":
+        return _of_structured(file, np.load(file))
+    if suffix == ".tdms":
+        return binary_tables.of_tdms(file).table(file)
+    if suffix in (".mf4", ".mdf"):
+        return binary_tables.of_mdf(file).table(file)
     return read_text(file, encoding)
 
 
-def _of_parquet(file: Path) -> Table:
+def table_of(source: Any, name: str) -> Table | None:
+    """Return the table of a DataFrame, of what becomes one (polars, pyarrow, xarray), or of a structured array."""
+    if hasattr(source, "columns") and hasattr(source, "iloc"):
+        return of_frame(source, Path(name))
+    if type(source).__module__.partition(".")[0] == "polars" and hasattr(source, "columns"):
+        # Its own conversion needs pyarrow.
+        return _of_columns(Path(name), list(source.columns), [source[column].to_numpy() for column in source.columns])
+    if isinstance(source, np.ndarray) and source.dtype.names:
+        return _of_structured(Path(name), source)
+    if hasattr(source, "to_pandas"):
+        frame = source.to_pandas()
+        return of_frame(frame if hasattr(frame, "columns") else frame.to_frame(), Path(name))
+    return None
+
+
+def _of_structured(file: Path, array: NDArray[Any]) -> Table:
+    if array.dtype.names is None:
+        header = [str(number) for number in range(1, array.shape[-1] + 1)] if array.ndim == 2 else []
+        if not header:
+            raise ValueError(f"{file}: it has an array of shape {array.shape}; a table has names or columns")
+        return _of_columns(file, header, list(array.T))
+    return _of_columns(file, list(array.dtype.names), [array[name] for name in array.dtype.names])
+
+
+def _of_arrow(file: Path, reader: str) -> Table:
     try:
         import pandas
     except ImportError as error:
         raise MissingPackage("pandas and pyarrow for Parquet files", "parquet") from error
     try:
-        frame = pandas.read_parquet(file)
+        frame = getattr(pandas, reader)(file)
     except ImportError as error:
         raise MissingPackage("pyarrow, which pandas reads Parquet files with", "parquet") from error
     except (ValueError, OSError) as error:
@@ -57,14 +92,16 @@ def of_frame(frame: Any, file: Path) -> Table:
 
     What a run has recorded says so by itself, also after it was kept in a Parquet file.
     """
-    is_recorded = bool(frame.attrs.get(Run.RECORDED, False))
+    is_recorded, between = bool(frame.attrs.get(Run.RECORDED, False)), frame.attrs.get(Run.BETWEEN, ())
     if frame.index.name is None and "time" not in frame.columns and frame.index.dtype.kind in "mMf":
         frame = frame.rename_axis("time")
     if frame.index.name is not None and frame.index.name not in frame.columns:
         frame = frame.reset_index()
     # By place, since a name may be there twice, which is refused where somebody asks for it.
     columns = [_array(frame.iloc[:, place]) for place in range(len(frame.columns))]
-    return replace(_of_columns(file, [str(name) for name in frame.columns], columns), is_recorded=is_recorded)
+    return replace(
+        _of_columns(file, [str(name) for name in frame.columns], columns), is_recorded=is_recorded, between=between
+    )
 
 
 def is_counted(index: Any) -> bool:
@@ -110,28 +147,27 @@ KINDS = {"b": "true and false", "c": "complex"}
 
 
 def _of_mat(file: Path) -> Table:
-    try:
-        from scipy.io import loadmat
-    except ImportError as error:
-        raise MissingPackage("SciPy", "identification") from error
-    try:
-        found = {name: np.squeeze(value) for name, value in loadmat(file).items() if not name.startswith("__")}
-    except (NotImplementedError, ValueError) as error:
-        raise ValueError(f"{file}: it cannot be read: {error}") from None
-    columns = {name: value for name, value in found.items() if value.ndim == 1 and value.dtype.kind in "fiub"}
+    found = binary_tables.of_matlab(file)
+    columns = list(binary_tables.columns_of(found))
     if not columns:
         raise ValueError(f"{file}: there are no vectors of numbers in it, only {', '.join(found) or 'nothing'}")
-    return _of_columns(file, list(columns), list(columns.values()))
+    table = _of_columns(file, [name for name, _, _ in columns], [column for _, _, column in columns])
+    return replace(table, units=[unit or own for (_, unit, _), own in zip(columns, table.units, strict=True)])
 
 
 def _of_columns(file: Path, header: list[str], columns: Sequence[NDArray[Any]]) -> Table:
-    lengths = {name: len(values) for name, values in zip(header, columns, strict=True)}
-    if len(set(lengths.values())) > 1:
-        raise ValueError(f"{file}: the columns have different lengths: {lengths}")
     names, units = names_and_units(header)
-    values = np.full((len(columns[0]) if columns else 0, len(columns)), np.nan)
+    lengths = [len(values) for values in columns]
+    # A vector of another length is refused where somebody asks for it.
+    usual = max(lengths, key=lengths.count, default=0)
+    if "time" in names:
+        usual = lengths[names.index("time")]
+    values = np.full((usual, len(columns)), np.nan)
     faults: dict[int, str] = {}
     for at, column in enumerate(columns):
+        if len(column) != usual:
+            faults[at] = f"{file}, column {at + 1} ({names[at]}): it has {len(column)} values, others have {usual}"
+            continue
         try:
             values[:, at] = _column(file, at + 1, names[at], column)
         except ValueError as error:

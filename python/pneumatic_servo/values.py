@@ -9,10 +9,11 @@ from typing import Any, SupportsFloat
 
 import numpy as np
 
+from pneumatic_servo import _native
 from pneumatic_servo.checks import mapping
 from pneumatic_servo.errors import Refused
 from pneumatic_servo.names import did_you_mean, similar
-from pneumatic_servo.units import has_unit, in_unit, is_quantity, magnitude, to_si, units_of, written
+from pneumatic_servo.units import has_unit, in_unit, is_quantity, magnitude, to_si, written
 from pneumatic_servo.variables import Unit, Value, Variable, Variables
 
 
@@ -102,6 +103,9 @@ def _plain(variable: Variable, given: Any) -> float:
 
 def is_number(given: object) -> bool:
     """Tell whether something is a single number. True is 1 to Python, but no voltage and no law to anybody."""
+    if type(given) in (float, int):
+        # Protocols are asked slowly.
+        return True
     is_logical = isinstance(given, bool) or type(given).__name__.startswith("bool")
     return isinstance(given, SupportsFloat) and getattr(given, "ndim", 0) == 0 and not is_logical
 
@@ -122,17 +126,11 @@ def check_range(variable: Variable, value: float, time: float | None = None) -> 
 
 def _meant(variable: Variable, value: float) -> str:
     """Return the unit in which a value that is out of range would be within it, if there is such a usual one."""
-    for unit in dict.fromkeys([variable.shown.name, *units_of(variable.unit)]):
-        if unit in LIKELY and unit != variable.unit:
-            other = to_si(value, unit, variable.unit, variable.name)
-            low, high = variable.minimum, variable.maximum
-            if (low is None or low <= other) and (high is None or other <= high):
-                return f"; did you mean {value:g} {unit}, which is {other:g} {variable.unit}?"
-    return ""
-
-
-LIKELY = {"mm", "bar", "kPa", "ms", "degC", "deg", "cm3", "g", "dm3/(s.bar)", "mm/s", "1/bar", "um/N"}
-"""Units that people confuse with the model's."""
+    low, high = variable.plausible or (variable.minimum, variable.maximum)
+    bounds = (-math.inf if low is None else low, math.inf if high is None else high)
+    usual = variable.default or variable.nominal
+    near = abs(usual) if isinstance(usual, float) else None
+    return _native.meant(variable.unit, value, *bounds, variable.shown.name, near)
 
 
 def _item(variable: Variable, given: object) -> Value:

@@ -29,12 +29,22 @@ class Description(TypedDict):
     derivative_of: str | None
     meaning: str | None
     counts_for: tuple[str, str] | None
+    plausible: tuple[float, float] | None
+    is_conditional: bool
     text: str
 
 
 @dataclass(frozen=True)
 class Unit:
-    """A unit to show values in: ``factor * value + offset``."""
+    """A unit to show values in: ``factor * value + offset``.
+
+    Examples
+    --------
+    >>> import pneumatic_servo as ps
+    >>> bar = ps.Model().variables["supplyPressure"].shown
+    >>> bar.name, round(bar.factor * 6e5 + bar.offset, 9)
+    ('bar', 6.0)
+    """
 
     name: str
     factor: float = 1.0
@@ -72,6 +82,17 @@ class Variable:
         Meaning of a parameter of a friction law, independent of its name: ``static friction``, for example.
     counts_for : tuple of str, or None
         The enumeration and the item for which alone a parameter counts: ``("friction.law", "LuGre")``.
+    is_conditional : bool
+        Whether it counts under conditions only: for an item, or with another parameter, as its text says.
+    plausible : tuple of float, or None
+        Range of the values that rigs have; a legal value beyond it gets a warning.
+
+    Examples
+    --------
+    >>> import pneumatic_servo as ps
+    >>> mass = ps.Model().variables["mass.moving"]
+    >>> mass.unit, mass.role, mass.kind
+    ('kg', 'fixed', 'real')
     """
 
     name: str
@@ -89,6 +110,8 @@ class Variable:
     text: str
     meaning: str | None = None
     counts_for: tuple[str, str] | None = None
+    is_conditional: bool = False
+    plausible: tuple[float, float] | None = None
 
     @staticmethod
     def of(description: Description) -> Variable:
@@ -117,6 +140,8 @@ class Variable:
             text=description["text"],
             meaning=description["meaning"],
             counts_for=description["counts_for"],
+            is_conditional=description["is_conditional"],
+            plausible=description["plausible"],
         )
 
     @property
@@ -143,7 +168,15 @@ class Variable:
 
 
 class Variables(Mapping[str, Variable]):
-    """Variables by name, in the order of the table; shown as a table."""
+    """Variables by name, in the order of the table; shown as a table.
+
+    Examples
+    --------
+    >>> import pneumatic_servo as ps
+    >>> parameters = ps.Model().parameters
+    >>> "valve.C" in parameters, parameters["valve.C"].unit
+    (True, 'm3/(s.Pa)')
+    """
 
     def __init__(self, variables: Iterable[Variable]) -> None:
         self._variables = {variable.name: variable for variable in variables}

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use crate::failure::refused;
 use crate::simulation::{Simulation, check_step};
 use crate::threads::pool;
-use crate::transition::{Asked, Told, untold_of};
+use crate::transition::{Asked, Told, transition_error_of};
 
 /// Steps of a size in s of many simulations, each of which is another one, on a number of threads: what each does to small changes.
 #[pyfunction]
@@ -31,7 +31,7 @@ pub fn transitions<'py>(
     };
     let made: Vec<_> = py.detach(|| pool.install(|| work.par_iter().map(made).collect()));
     let tell = |(index, (outcome, inputs)): (usize, (Result<Transition, TransitionError>, usize))| {
-        Ok(asked.tell(py, outcome.map_err(|error| untold_of("simulation", index, error))?, inputs))
+        Ok(asked.tell(py, outcome.map_err(|error| transition_error_of("simulation", index, error))?, inputs))
     };
     made.into_iter().enumerate().map(tell).collect()
 }

@@ -16,10 +16,10 @@ use pneumatic_servo_fit::guess::{self, Law};
 use pneumatic_servo_fit::law;
 use pneumatic_servo_fit::parameter::{Parameter, Values};
 use pneumatic_servo_fit::record::{Record, Signals};
-use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
 
 use crate::failure::refused;
+use crate::fit::ties_of;
 use crate::model::Model;
 use crate::own;
 
@@ -31,7 +31,7 @@ type Courses<'py> = BTreeMap<String, Read<'py>>;
 type Made<'py> = BTreeMap<String, Array<'py>>;
 /// Times in s, time of the table that is 0, and signals.
 type Measured<'py> = (Read<'py>, f64, Courses<'py>);
-/// Load level 1 in N, width in s, play in m, length in s, course of inputs, and whether forces are smoothed.
+/// Load factor 1 in N, width in s, play in m, length in s, course of inputs, and whether forces are smoothed.
 type Chosen = (f64, f64, Option<f64>, Option<f64>, String, bool);
 /// Name, SI unit, start, lower and upper bound, scale, and the smallest and largest value that the model accepts.
 type Defined = (String, String, f64, f64, f64, f64, f64, f64);
@@ -59,13 +59,15 @@ pub fn fill(module: &Bound<'_, PyModule>) -> PyResult<()> {
 /// An experiment with measured signals.
 #[pyclass(frozen)]
 pub struct Experiment {
-    inner: Box<dyn experiment::Experiment>,
+    /// The experiment.
+    pub inner: Box<dyn experiment::Experiment>,
 }
 
 /// A segment of a record.
 #[pyclass(frozen)]
 pub struct Segment {
-    inner: MeasuredSegment,
+    /// The segment; its start values are given beside it.
+    pub inner: MeasuredSegment,
 }
 
 fn model_of(name: &str) -> PyResult<&'static model::Model> {
@@ -195,10 +197,10 @@ impl Experiment {
         Some((array(py, time), made(py, signals), made(py, segment.driven), segment.used.into_pyarray(py)))
     }
 
-    /// Inputs at the communication points.
-    fn inputs<'py>(&self, py: Python<'py>, segment: &Segment, values: Values) -> Made<'py> {
-        let inputs = self.inner.inputs(&segment.inner, &values);
-        inputs.into_iter().map(|(name, course)| (name.to_owned(), array(py, course))).collect()
+    /// Values with those of parameters that follow from others.
+    fn tied(&self, ties: Vec<(String, String)>, mut values: Values) -> PyResult<Values> {
+        self.inner.given().follow(&ties_of(ties)?, &mut values);
+        Ok(values)
     }
 
     /// Known and estimated values that the model has, and the law.
@@ -206,43 +208,7 @@ impl Experiment {
         self.inner.given().run(&values, &[])
     }
 
-    /// Settings of a run without its start values.
-    fn settings(&self, segment: &Segment, values: Values) -> Values {
-        self.inner.settings(&segment.inner, &values)
-    }
-
-    /// Compared signals at the communication points, of the recorded variables.
-    fn predict<'py>(
-        &self,
-        py: Python<'py>,
-        segment: &Segment,
-        outputs: Courses<'py>,
-        values: Values,
-    ) -> PyResult<Made<'py>> {
-        let predicted = self.predicted(segment, &outputs, &values)?;
-        Ok(self.by_signal(py, predicted))
-    }
-
-    /// Measured minus simulated readings of the compared signals, of the recorded variables. True time is the record's,
-    /// times a clock.
-    fn differences<'py>(
-        &self,
-        py: Python<'py>,
-        segment: &Segment,
-        outputs: Courses<'py>,
-        values: Values,
-        clock: f64,
-    ) -> PyResult<Made<'py>> {
-        let (given, record) = (self.inner.given(), &segment.inner.record);
-        let predicted = self.predicted(segment, &outputs, &values)?;
-        let difference = |(signal, truth): (&&'static str, Vec<f64>)| {
-            let seen = given.read(record, clock, signal, &truth, &values);
-            record.of(signal).iter().zip(seen).map(|(measured, seen)| measured - seen).collect()
-        };
-        Ok(self.by_signal(py, self.inner.compared().iter().zip(predicted).map(difference).collect()))
-    }
-
-    /// Velocity, friction and load level as far as the data alone tell them.
+    /// Velocity, friction and load factor as far as the data alone tell them.
     fn forces<'py>(
         &self,
         py: Python<'py>,
@@ -269,22 +235,6 @@ impl Experiment {
         let Named { settings, sensors, choices, has_clock } = candidates::named(&*self.inner, &estimated);
         let choices = choices.into_iter().map(|one| (one.name, one.fixed, one.others)).collect();
         (settings.into_iter().map(defined).collect(), sensors, choices, has_clock)
-    }
-}
-
-impl Experiment {
-    fn predicted(&self, segment: &Segment, outputs: &Courses<'_>, values: &Values) -> PyResult<Vec<Vec<f64>>> {
-        let recorded = |name: &'static str| {
-            let course = outputs.get(name).ok_or_else(|| PyKeyError::new_err(name))?;
-            Ok(course.as_array().to_vec())
-        };
-        let outputs = self.inner.outputs().into_iter().map(recorded).collect::<PyResult<_>>()?;
-        Ok(self.inner.predict(&segment.inner, outputs, values))
-    }
-
-    fn by_signal<'py>(&self, py: Python<'py>, courses: Vec<Vec<f64>>) -> Made<'py> {
-        let pairs = self.inner.compared().iter().zip(courses);
-        pairs.map(|(signal, course)| ((*signal).to_owned(), array(py, course))).collect()
     }
 }
 
@@ -361,7 +311,7 @@ pub fn usual_parameters(model: &Model, law: i32, known: Values) -> Vec<String> {
     law::usual(model.model, law, &known)
 }
 
-/// Starts of estimated parameters, names and units, from a map of friction over speed and load level.
+/// Starts of estimated parameters, names and units, from a map of friction over speed and load factor.
 #[pyfunction]
 #[expect(clippy::too_many_arguments, reason = "the Python package calls it")]
 pub fn friction_levels(

@@ -48,7 +48,7 @@ pub fn underivable(error: NoDerivative) -> PyErr {
 }
 
 /// A step that cannot be told as a linear map.
-pub fn untold(error: TransitionError) -> PyErr {
+pub fn transition_error(error: TransitionError) -> PyErr {
     match error {
         TransitionError::Direction(error) => refused(error),
         TransitionError::Step(error) => stopped(error),

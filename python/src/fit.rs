@@ -1,22 +1,30 @@
-//! Least squares and intervals of the crate `fit`, over segments that the Python package simulates.
+//! Least squares and intervals of the crate `fit`.
 
-use std::cell::RefCell;
+use std::collections::BTreeMap;
+use std::sync::Mutex;
 
 use numpy::ndarray::{Array1, Array2, ShapeBuilder};
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
 use pneumatic_servo_fit::causes::{self, Candidates, Cause, Change, Changeable, Choice};
+use pneumatic_servo_fit::experiment::{Begin, MeasuredSegment};
+use pneumatic_servo_fit::expression::{Expression, NoExpression, Tie};
 use pneumatic_servo_fit::intervals::{self, Linear};
 use pneumatic_servo_fit::jacobian::{jacobian, sensitivities};
 use pneumatic_servo_fit::matrix::{DMatrix, from_rows};
 use pneumatic_servo_fit::parameter::{Parameter, Values};
-use pneumatic_servo_fit::problem::{Interrupted, Problem, Segment, Simulated};
+use pneumatic_servo_fit::problem::{Interrupted, Problem, Simulated};
+use pneumatic_servo_fit::runs::{Given, Point, Runs, Underivable};
 use pneumatic_servo_fit::search::{self, Effort, Loss, Solution, Watch, refine, scattered, solve, with_likely_sensors};
 use pneumatic_servo_fit::sensor::Sensor;
 use pneumatic_servo_fit::smoothing;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
+use rayon::prelude::*;
 
+use crate::experiment::{Experiment, Segment};
 use crate::failure::refused;
+use crate::many::{Stage, watched};
+use crate::threads::pool;
 
 type Vector<'py> = Bound<'py, PyArray1<f64>>;
 type Matrix<'py> = Bound<'py, PyArray2<f64>>;
@@ -38,6 +46,7 @@ pub fn fill(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(bootstrap, module)?)?;
     module.add_function(wrap_pyfunction!(converter, module)?)?;
     module.add_function(wrap_pyfunction!(covariance, module)?)?;
+    module.add_function(wrap_pyfunction!(expression_names, module)?)?;
     module.add_function(wrap_pyfunction!(follow, module)?)?;
     module.add_function(wrap_pyfunction!(is_quiet, module)?)?;
     module.add_function(wrap_pyfunction!(low_pass, module)?)?;
@@ -50,41 +59,158 @@ pub fn fill(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(with_noise_of, module)?)
 }
 
-/// A least-squares problem whose segments a function of Python simulates.
+/// A least-squares problem of measured segments.
 #[pyclass(frozen)]
 pub struct LeastSquares {
     parameters: Vec<Parameter>,
-    segments: Vec<Segment>,
+    experiment: Py<Experiment>,
+    segments: Vec<MeasuredSegment>,
     sensors: Vec<Sensor>,
-    step: f64,
-    differences: Py<PyAny>,
-    near: Option<Py<PyAny>>,
+    fixed: Values,
+    ties: Vec<Tie>,
+    choices: Choices,
+    /// Names by which a run had no derivative, and why.
+    underivable: Mutex<Underivable>,
 }
+
+/// How segments are simulated.
+#[derive(Clone, Copy, FromPyObject)]
+#[pyo3(from_item_all)]
+struct Choices {
+    /// Step of the differences that make the Jacobian, in inner values.
+    step: f64,
+    /// Factor of all friction, where the load factor is an input of the model.
+    scale: f64,
+    /// Factor of the tolerance of the solver.
+    exactness: f64,
+    /// Solver steps after which a run is given up.
+    most: Option<f64>,
+    /// Threads.
+    workers: usize,
+    /// Whether derivatives of runs take the place of differences.
+    is_exact: bool,
+}
+
+/// A segment, its start values, the names of those that are estimated, and the number of its record.
+type Placed = (Py<Segment>, Values, Vec<String>, usize);
+/// Differences of a segment by signal.
+type BySignal<'py> = BTreeMap<&'static str, Vector<'py>>;
 
 #[pymethods]
 impl LeastSquares {
-    /// Segments are samples, estimated start values and record; `differences` is called with vectors and the solver's tolerance,
-    /// and returns measured minus simulated values of shape (vectors, samples). `near` is called with a vector before these, and
-    /// returns the same by the derivatives of the run there.
+    /// `ties` are names and expressions of parameters that follow from others.
     #[new]
-    #[pyo3(signature = (parameters, segments, sensors, step, differences, near=None))]
+    #[pyo3(signature = (parameters, experiment, segments, sensors, fixed, ties, choices))]
     fn new(
         parameters: Vec<Free>,
-        segments: Vec<(usize, usize, usize)>,
+        experiment: Py<Experiment>,
+        segments: Vec<Placed>,
         sensors: Vec<Noise>,
-        step: f64,
-        differences: Py<PyAny>,
-        near: Option<Py<PyAny>>,
-    ) -> Self {
-        let segment = |(samples, begins, record)| Segment { samples, begins, record };
-        Self {
+        fixed: Values,
+        ties: Vec<(String, String)>,
+        choices: Choices,
+    ) -> PyResult<Self> {
+        let placed = |(segment, values, estimated, number): Placed| MeasuredSegment {
+            begin: Begin { values, estimated },
+            number,
+            ..segment.get().inner.clone()
+        };
+        Ok(Self {
             parameters: parameters.into_iter().map(parameter).collect(),
-            segments: segments.into_iter().map(segment).collect(),
+            experiment,
+            segments: segments.into_iter().map(placed).collect(),
             sensors: sensors.into_iter().map(sensor).collect(),
-            step,
-            differences,
-            near,
-        }
+            fixed,
+            ties: ties_of(ties)?,
+            choices,
+            underivable: Mutex::default(),
+        })
+    }
+
+    /// Names by which a run had no derivative until now, and why.
+    #[getter]
+    fn underivable(&self) -> BTreeMap<String, String> {
+        self.underivable.lock().expect("no thread has panicked").clone()
+    }
+
+    /// Values of parameters that a vector stands for.
+    fn values(&self, x: Vec<f64>) -> Values {
+        self.runs().values(&x)
+    }
+
+    /// Start values of the segments that a vector stands for.
+    fn begins(&self, x: Vec<f64>) -> Vec<Values> {
+        self.runs().begins(&x)
+    }
+
+    /// Settings and inputs of the run of a segment.
+    fn given<'py>(&self, py: Python<'py>, place: usize, x: Vec<f64>) -> (Values, BySignal<'py>) {
+        let runs = self.runs();
+        let Given { settings, inputs } = runs.given(place, &runs.point(&x));
+        (settings, inputs.into_iter().map(|(name, course)| (name, Array1::from(course).into_pyarray(py))).collect())
+    }
+
+    /// Variables of the model at the communication points of each segment.
+    fn recorded<'py>(
+        &self,
+        py: Python<'py>,
+        x: Vec<f64>,
+        tolerance: f64,
+        outputs: Vec<String>,
+    ) -> PyResult<Vec<Vec<Vector<'py>>>> {
+        let names: Vec<&str> = outputs.iter().map(String::as_str).collect();
+        let every = self.abreast(py, &Observer::new(None, None), |simulated| {
+            let point = simulated.runs.point(&x);
+            simulated.each(self.segments.len(), |place, goes_on| {
+                let given = simulated.runs.given(place, &point);
+                simulated.runs.recorded(place, &given, &names, tolerance, goes_on).outputs
+            })
+        })?;
+        let told = |courses: Vec<Vec<f64>>| courses.into_iter().map(|course| course.into_pyarray(py)).collect();
+        Ok(every.into_iter().map(told).collect())
+    }
+
+    /// Solver steps that no run of a vector should take more than.
+    fn limit(&self, py: Python<'_>, x: Vec<f64>, tolerance: f64) -> PyResult<f64> {
+        self.abreast(py, &Observer::new(None, None), |simulated| {
+            let mut runs = simulated.runs.clone();
+            runs.limit_work(&x, tolerance, &|_| !simulated.stage.is_halted());
+            Ok(runs.most)
+        })
+    }
+
+    /// Why a vector cannot be simulated; nothing if it can be.
+    fn refusal(&self, x: Vec<f64>, tolerance: f64) -> Option<String> {
+        self.runs().refusal(&x, tolerance).map(|why| why.0)
+    }
+
+    /// Measured minus simulated values of a vector at all samples, for each segment by signal; NaN where a run failed.
+    fn differences<'py>(&self, py: Python<'py>, x: Vec<f64>, tolerance: f64) -> PyResult<Vec<BySignal<'py>>> {
+        let every = self.abreast(py, &Observer::new(None, None), |simulated| {
+            let point = simulated.runs.point(&x);
+            simulated.each(self.segments.len(), |place, goes_on| {
+                simulated.runs.differences(place, &point, tolerance, goes_on)
+            })
+        })?;
+        let compared = self.experiment.get().inner.compared();
+        let by_signal = |signals: Vec<Vec<f64>>| {
+            let pair = |(name, course): (&&'static str, Vec<f64>)| (*name, Array1::from(course).into_pyarray(py));
+            compared.iter().zip(signals).map(pair).collect()
+        };
+        Ok(every.into_iter().map(by_signal).collect())
+    }
+
+    /// Measured minus simulated values of vectors, of shape (vectors, samples), at fitted samples or at those of validation data:
+    /// segment by segment, in it signal by signal.
+    fn stacked<'py>(
+        &self,
+        py: Python<'py>,
+        vectors: Vec<Vec<f64>>,
+        tolerance: f64,
+        is_validation: bool,
+    ) -> PyResult<Matrix<'py>> {
+        let rows = self.abreast(py, &Observer::new(None, None), |it| it.stacked(&vectors, tolerance, is_validation))?;
+        PyArray2::from_vec2(py, &rows).map_err(refused)
     }
 
     /// [`refine`]; an effort is relative changes of cost and vector, the tolerance, and whether derivatives are central and the
@@ -101,7 +227,7 @@ impl LeastSquares {
         let effort = Effort { cost, step, tolerance, is_central, gives_up };
         let loss = loss_of(loss)?;
         let watch = Observer::new(see, None);
-        Ok(told(py, self.with(&watch, |problem| refine(problem, &start, loss, effort, &watch))?))
+        Ok(told(py, self.with(py, &watch, |problem| refine(problem, &start, loss, effort, &watch))?))
     }
 
     /// [`solve`]; `done` hears how far it is.
@@ -117,7 +243,7 @@ impl LeastSquares {
     ) -> PyResult<Found<'py>> {
         let loss = loss_of(loss)?;
         let watch = Observer::new(see, done);
-        Ok(told(py, self.with(&watch, |problem| solve(problem, starts, seed, loss, &watch))?))
+        Ok(told(py, self.with(py, &watch, |problem| solve(problem, starts, seed, loss, &watch))?))
     }
 
     /// [`with_likely_sensors`]: the sensors, and the solution with them.
@@ -134,7 +260,7 @@ impl LeastSquares {
         let loss = loss_of(loss)?;
         let watch = Observer::new(see, stage);
         let best = Solution { x, cost, converged: true, message: String::new() };
-        let (sensors, found) = self.with(&watch, |problem| {
+        let (sensors, found) = self.with(py, &watch, |problem| {
             let (fitted, found) = with_likely_sensors(problem.clone(), best, loss, &watch)?;
             Ok((fitted.sensors, found))
         })?;
@@ -144,14 +270,14 @@ impl LeastSquares {
     /// [`scattered`].
     fn scattered<'py>(&self, py: Python<'py>, number: usize, seed: u64) -> PyResult<Vec<Vector<'py>>> {
         let watch = Observer::new(None, None);
-        let found = self.with(&watch, |problem| Ok(scattered(problem, number, seed)))?;
+        let found = self.with(py, &watch, |problem| Ok(scattered(problem, number, seed)))?;
         Ok(found.into_iter().map(|x| Array1::from(x).into_pyarray(py)).collect())
     }
 
     /// Sums of the squares of the residuals of vectors.
-    fn costs(&self, vectors: Vec<Vec<f64>>) -> PyResult<Vec<f64>> {
+    fn costs(&self, py: Python<'_>, vectors: Vec<Vec<f64>>) -> PyResult<Vec<f64>> {
         let watch = Observer::new(None, None);
-        self.with(&watch, |problem| search::costs(problem, &vectors))
+        self.with(py, &watch, |problem| search::costs(problem, &vectors))
     }
 
     /// Derivatives of the differences, and the differences; with `of_residuals` derivatives of the residuals.
@@ -164,7 +290,7 @@ impl LeastSquares {
         of_residuals: bool,
     ) -> PyResult<(Matrix<'py>, Vector<'py>)> {
         let watch = Observer::new(None, None);
-        let (slopes, base) = self.with(&watch, |problem| {
+        let (slopes, base) = self.with(py, &watch, |problem| {
             let base = problem.simulated.differences(std::slice::from_ref(&x), tolerance)?.swap_remove(0);
             let of = if of_residuals { jacobian } else { sensitivities };
             Ok((of(problem, &x, &base, tolerance, is_central)?, base))
@@ -172,27 +298,26 @@ impl LeastSquares {
         Ok((matrix(py, slopes), Array1::from(base).into_pyarray(py)))
     }
 
-    /// [`causes::causes`] of settings, sensors and choices. `changed` returns the problem with a change: of a kind,
-    /// `estimated`, `chosen` or `clock`, with a name, an item and a number.
+    /// [`causes::causes`] of settings, sensors and choices.
     #[expect(clippy::too_many_arguments, reason = "the Python package calls it")]
     fn causes(
         &self,
+        py: Python<'_>,
         x: Vec<f64>,
-        signals: Vec<String>,
         settings: Vec<Free>,
         sensors: Vec<Free>,
         choices: Vec<(String, String, Vec<String>)>,
         has_clock: bool,
         is_noise: bool,
-        changed: Py<PyAny>,
     ) -> PyResult<Vec<Told>> {
         let watch = Observer::new(None, None);
         let of = |every: Vec<Free>| every.into_iter().map(parameter).collect();
         let choice = |(name, fixed, others)| Choice { name, fixed, others };
         let choices = choices.into_iter().map(choice).collect();
         let candidates = Candidates { settings: of(settings), sensors: of(sensors), choices, has_clock };
-        let changes = Changes { signals, changed, watch: &watch };
-        let found = self.with(&watch, |problem| causes::causes(&changes, &candidates, problem, &x, is_noise))?;
+        let found = self.abreast(py, &watch, |simulated| {
+            causes::causes(simulated, &candidates, &self.problem(simulated), &x, is_noise)
+        })?;
         let told = |Cause { name, text, estimate, item, signal, share, gain, alike, is_sensor }| {
             let estimate = estimate.map(|(value, [low, high])| (value, low, high));
             (name, text, estimate, item, signal, share, gain, alike, is_sensor)
@@ -204,99 +329,141 @@ impl LeastSquares {
     fn linearised<'py>(&self, py: Python<'py>, x: Vec<f64>) -> PyResult<Linearised<'py>> {
         let watch = Observer::new(None, None);
         let Linear { derivatives, scores, blocks, records } =
-            self.with(&watch, |problem| intervals::linearised(problem, &x))?;
+            self.with(py, &watch, |problem| intervals::linearised(problem, &x))?;
         Ok((matrix(py, derivatives), Array1::from(scores).into_pyarray(py), blocks, records))
     }
 }
 
 impl LeastSquares {
-    /// Its simulation.
-    fn calls<'a>(&self, watch: &'a Observer) -> Calls<'a> {
-        Python::attach(|py| Calls {
-            differences: self.differences.clone_ref(py),
-            near: self.near.as_ref().map(|near| near.clone_ref(py)),
-            watch,
-        })
+    fn runs(&self) -> Runs<'_> {
+        Runs {
+            fixed: self.fixed.clone(),
+            ties: &self.ties,
+            scale: self.choices.scale,
+            exactness: self.choices.exactness,
+            most: self.choices.most.unwrap_or(f64::INFINITY),
+            ..Runs::new(&*self.experiment.get().inner, &self.segments, self.parameters.clone())
+        }
     }
 
-    /// Does something with the problem; what Python has raised meanwhile is raised.
-    fn with<T>(&self, watch: &Observer, work: impl FnOnce(&Problem<'_>) -> Result<T, Interrupted>) -> PyResult<T> {
-        let calls = self.calls(watch);
-        let problem = Problem {
+    fn problem<'a>(&self, simulated: &'a Abreast<'_>) -> Problem<'a> {
+        Problem {
             parameters: self.parameters.clone(),
-            segments: self.segments.clone(),
+            segments: simulated.runs.layout(),
             sensors: self.sensors.clone(),
-            simulated: &calls,
-            step: self.step,
-        };
-        let found = work(&problem);
-        match watch.raised.take() {
+            simulated,
+            step: self.choices.step,
+        }
+    }
+
+    /// Does something with the simulation on threads, while this one waits for an interrupt; what Python has raised meanwhile is
+    /// raised.
+    fn abreast<T: Send>(
+        &self,
+        py: Python<'_>,
+        watch: &Observer,
+        work: impl FnOnce(&Abreast<'_>) -> Result<T, Interrupted> + Send,
+    ) -> PyResult<T> {
+        let (pool, stage) = (pool(self.choices.workers)?, Stage::default());
+        let (found, ended) = py.detach(|| {
+            watched(&stage, crate::watch::Watch::new(None), || {
+                let (runs, is_exact, underivable) = (self.runs(), self.choices.is_exact, &self.underivable);
+                work(&Abreast { runs, pool: &pool, stage: &stage, is_exact, underivable })
+            })
+        });
+        ended?;
+        match watch.raised.lock().expect("no thread has panicked").take() {
             Some(raised) => Err(raised),
             None => found.map_err(|Interrupted| refused("interrupted")),
         }
     }
+
+    /// Does something with the problem.
+    fn with<T: Send>(
+        &self,
+        py: Python<'_>,
+        watch: &Observer,
+        work: impl FnOnce(&Problem<'_>) -> Result<T, Interrupted> + Send,
+    ) -> PyResult<T> {
+        self.abreast(py, watch, |simulated| work(&self.problem(simulated)))
+    }
 }
 
-/// The calls of a function of Python that simulates.
-struct Calls<'a> {
-    differences: Py<PyAny>,
-    near: Option<Py<PyAny>>,
-    watch: &'a Observer,
+/// Parameters that follow from others, of names and expressions.
+///
+/// # Errors
+/// `ValueError` for what is no expression.
+pub fn ties_of(given: Vec<(String, String)>) -> PyResult<Vec<Tie>> {
+    let tie = |(name, text): (String, String)| {
+        let expression = Expression::checked(&text).map_err(refused)?;
+        Ok(Tie { name, expression })
+    };
+    given.into_iter().map(tie).collect()
 }
 
-impl Simulated for Calls<'_> {
+/// Segments that are simulated side by side.
+struct Abreast<'a> {
+    runs: Runs<'a>,
+    pool: &'a rayon::ThreadPool,
+    stage: &'a Stage,
+    is_exact: bool,
+    underivable: &'a Mutex<Underivable>,
+}
+
+impl Abreast<'_> {
+    /// Does pieces of work, each of which asks now and then whether to go on.
+    fn each<T: Send>(
+        &self,
+        count: usize,
+        work: impl Fn(usize, &dyn Fn(f64) -> bool) -> T + Sync,
+    ) -> Result<Vec<T>, Interrupted> {
+        let goes_on = |_| !self.stage.is_halted();
+        let found = self.pool.install(|| (0..count).into_par_iter().map(|place| work(place, &goes_on)).collect());
+        if self.stage.is_halted() { Err(Interrupted) } else { Ok(found) }
+    }
+
+    fn stacked(&self, vectors: &[Vec<f64>], tolerance: f64, is_validation: bool) -> Result<Vec<Vec<f64>>, Interrupted> {
+        let number = self.runs.segments.len();
+        let points: Vec<Point> = vectors.iter().map(|x| self.runs.point(x)).collect();
+        let every = self.each(number * vectors.len(), |piece, goes_on| {
+            self.runs.differences(piece % number, &points[piece / number], tolerance, goes_on)
+        })?;
+        Ok(every.chunks(number.max(1)).map(|own| self.runs.stacked(own, is_validation)).collect())
+    }
+}
+
+impl Simulated for Abreast<'_> {
     fn differences(&self, vectors: &[Vec<f64>], tolerance: f64) -> Result<Vec<Vec<f64>>, Interrupted> {
-        if vectors.is_empty() {
-            return Ok(vec![]);
-        }
-        let called = Python::attach(|py| {
-            let vectors = PyArray2::from_vec2(py, vectors)?;
-            rows(py, &self.differences.call1(py, (vectors, tolerance))?)
-        });
-        self.watch.keep(called)
+        self.stacked(vectors, tolerance, false)
     }
 
     fn near(&self, x: &[f64], vectors: &[Vec<f64>], tolerance: f64) -> Result<Vec<Vec<f64>>, Interrupted> {
-        let Some(near) = self.near.as_ref().filter(|_| !vectors.is_empty()) else {
+        if !self.is_exact || vectors.is_empty() {
             return self.differences(vectors, tolerance);
+        }
+        let at = self.runs.point(x);
+        let points: Vec<Point> = vectors.iter().map(|x| self.runs.point(x)).collect();
+        let every = self.each(self.runs.segments.len(), |place, goes_on| {
+            let mut underivable = Underivable::new();
+            let found = self.runs.near(place, &at, &points, tolerance, goes_on, &mut underivable);
+            self.underivable.lock().expect("no thread has panicked").append(&mut underivable);
+            found
+        })?;
+        let of_point = |point: usize| {
+            let own: Vec<_> = every.iter().map(|segment| segment[point].clone()).collect();
+            self.runs.stacked(&own, false)
         };
-        let called = Python::attach(|py| {
-            let vectors = PyArray2::from_vec2(py, vectors)?;
-            rows(py, &near.call1(py, (x.to_vec().into_pyarray(py), vectors, tolerance))?)
-        });
-        self.watch.keep(called)
+        Ok((0..vectors.len()).map(of_point).collect())
     }
 }
 
-fn rows(py: Python<'_>, found: &Py<PyAny>) -> PyResult<Vec<Vec<f64>>> {
-    let found: PyReadonlyArray2<'_, f64> = found.extract(py).map_err(PyErr::from)?;
-    Ok(found.as_array().rows().into_iter().map(|row| row.to_vec()).collect())
-}
-
-/// A function of Python that changes a problem.
-struct Changes<'a> {
-    signals: Vec<String>,
-    changed: Py<PyAny>,
-    watch: &'a Observer,
-}
-
-impl Changeable for Changes<'_> {
+impl Changeable for Abreast<'_> {
     fn signals(&self) -> Vec<String> {
-        self.signals.clone()
+        self.runs.signals()
     }
 
     fn changed<'a>(&'a self, change: Change<'a>) -> Result<Box<dyn Simulated + 'a>, Interrupted> {
-        let of = match change {
-            Change::Estimated(parameter) => ("estimated", parameter.name.as_str(), "", 1.0),
-            Change::Chosen { name, item } => ("chosen", name, item, 1.0),
-            Change::Clock(clock) => ("clock", "", "", clock),
-        };
-        let called = Python::attach(|py| -> PyResult<Calls<'a>> {
-            let found = self.changed.call1(py, of)?;
-            let problem: PyRef<'_, LeastSquares> = found.extract(py).map_err(PyErr::from)?;
-            Ok(problem.calls(self.watch))
-        });
-        Ok(Box::new(self.watch.keep(called)?))
+        Ok(Box::new(Abreast { runs: self.runs.changed(change), ..*self }))
     }
 }
 
@@ -304,17 +471,17 @@ impl Changeable for Changes<'_> {
 struct Observer {
     see: Option<Py<PyAny>>,
     text: Option<Py<PyAny>>,
-    raised: RefCell<Option<PyErr>>,
+    raised: Mutex<Option<PyErr>>,
 }
 
 impl Observer {
     fn new(see: Option<Py<PyAny>>, text: Option<Py<PyAny>>) -> Self {
-        Self { see, text, raised: RefCell::default() }
+        Self { see, text, raised: Mutex::default() }
     }
 
     fn keep<T>(&self, called: PyResult<T>) -> Result<T, Interrupted> {
         called.map_err(|raised| {
-            self.raised.replace(Some(raised));
+            self.raised.lock().expect("no thread has panicked").get_or_insert(raised);
             Interrupted
         })
     }
@@ -328,7 +495,7 @@ impl Observer {
 
 impl Watch for Observer {
     fn see(&self, x: &[f64], _: &Values, mean_square: f64) -> Result<(), Interrupted> {
-        if self.raised.borrow().is_some() {
+        if self.raised.lock().expect("no thread has panicked").is_some() {
             return Err(Interrupted);
         }
         let Some(see) = &self.see else { return Ok(()) };
@@ -342,6 +509,19 @@ impl Watch for Observer {
 
     fn done(&self, text: &str) {
         self.tell(text);
+    }
+}
+
+/// Names in an expression of parameters; nothing of a text that is written otherwise, or is but one name.
+///
+/// # Errors
+/// `ValueError` for a function that there is not.
+#[pyfunction]
+pub fn expression_names(text: &str) -> PyResult<Option<Vec<String>>> {
+    match Expression::read(text) {
+        Ok(Expression::Name(_)) | Err(NoExpression::Other) => Ok(None),
+        Ok(found) => Ok(Some(found.names()).filter(|names| !names.is_empty())),
+        Err(NoExpression::Unknown(_)) => Err(Expression::checked(text).map_or_else(refused, |_| refused(text))),
     }
 }
 

@@ -18,7 +18,7 @@ use crate::model::Model;
 use crate::recording::places;
 use crate::simulation::SavedState;
 use crate::threads::pool;
-use crate::transition::{Asked, Told, untold_of};
+use crate::transition::{Asked, Told, transition_error_of};
 use crate::value::{Setting, apply, setup};
 
 /// Plants of one model with one driven input, stepped together.
@@ -188,7 +188,7 @@ impl Fleet {
         });
         let width = self.setup.table().inputs().count();
         let tell = |(index, made): (usize, Result<Vec<Transition>, TransitionError>)| {
-            let made = made.map_err(|error| untold_of("plant", index, error))?;
+            let made = made.map_err(|error| transition_error_of("plant", index, error))?;
             Ok(made.into_iter().map(|transition| asked.tell(py, transition, width)).collect())
         };
         made.into_iter().enumerate().map(tell).collect()

@@ -7,7 +7,7 @@ use pneumatic_servo::sensitivity::TransitionError;
 use pneumatic_servo::variables::Place;
 use pyo3::prelude::*;
 
-use crate::failure::{refused, untold};
+use crate::failure::{refused, transition_error};
 use crate::model::Model;
 use crate::recording::{Driven, Grid, started};
 use crate::single::Course;
@@ -116,7 +116,7 @@ impl Again {
             ended.is_none()
         };
         let steps = Steps { ends: &self.ends, inputs: &self.inputs };
-        let found = work(&mut self.plant, steps, &mut go_on).map_err(untold)?;
+        let found = work(&mut self.plant, steps, &mut go_on).map_err(transition_error)?;
         found.ok_or_else(|| ended.unwrap_or_else(|| refused("interrupted")))
     }
 }

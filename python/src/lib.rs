@@ -6,7 +6,9 @@
 //! [`python_module!`] makes such a module of a user's crate, with its models in place of the library's.
 
 mod abreast;
+mod closed_loop;
 mod experiment;
+mod export;
 mod failure;
 mod fit;
 mod fleet;
@@ -14,6 +16,7 @@ mod friction_table;
 mod gradient;
 mod many;
 mod model;
+mod observer;
 mod own;
 mod recording;
 mod signal;
@@ -23,6 +26,7 @@ mod slopes;
 mod ssv;
 mod threads;
 mod transition;
+mod units;
 mod value;
 mod watch;
 
@@ -49,15 +53,25 @@ fn fill(module: &Bound<'_, PyModule>) -> PyResult<()> {
     fit::fill(module)?;
     module.add_class::<fleet::Fleet>()?;
     module.add_class::<model::Model>()?;
+    module.add_class::<observer::Observer>()?;
     module.add_class::<simulation::SavedState>()?;
     module.add_class::<simulation::Simulation>()?;
     module.add_function(wrap_pyfunction!(abreast::transitions, module)?)?;
+    module.add_function(wrap_pyfunction!(closed_loop::simulate_closed, module)?)?;
+    module.add_function(wrap_pyfunction!(export::export_fmu, module)?)?;
+    module.add_function(wrap_pyfunction!(export::export_system, module)?)?;
     module.add_function(wrap_pyfunction!(friction_table::friction_columns, module)?)?;
     module.add_function(wrap_pyfunction!(friction_table::friction_table, module)?)?;
     module.add_function(wrap_pyfunction!(gradient::gradient, module)?)?;
     module.add_function(wrap_pyfunction!(gradient::tangent, module)?)?;
     module.add_function(wrap_pyfunction!(many::simulate_many, module)?)?;
+    module.add_function(wrap_pyfunction!(model::idle_warning, module)?)?;
+    module.add_function(wrap_pyfunction!(model::meant, module)?)?;
     module.add_function(wrap_pyfunction!(model::models, module)?)?;
     module.add_function(wrap_pyfunction!(single::simulate, module)?)?;
-    module.add_function(wrap_pyfunction!(ssv::ssv, module)?)
+    module.add_function(wrap_pyfunction!(ssv::ssv, module)?)?;
+    module.add("STANDARD_ATMOSPHERE", pneumatic_servo_fit::units::STANDARD_ATMOSPHERE)?;
+    module.add_function(wrap_pyfunction!(units::unit_like, module)?)?;
+    module.add_function(wrap_pyfunction!(units::unit_scale, module)?)?;
+    module.add_function(wrap_pyfunction!(units::units_of, module)?)
 }

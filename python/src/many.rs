@@ -35,14 +35,23 @@ pub enum Courses<'py> {
 }
 
 /// [`Courses`] without Python, for all threads.
-enum Signals<'a> {
+pub enum Signals<'a> {
+    /// One value for all runs.
     Constant(f64),
+    /// One value per run.
     Constants(&'a [f64]),
-    Table { times: &'a [f64], values: &'a [f64] },
+    /// Points of one run after the other, or of all.
+    Table {
+        /// Times in s.
+        times: &'a [f64],
+        /// Values.
+        values: &'a [f64],
+    },
 }
 
 impl Courses<'_> {
-    fn signals(&self) -> PyResult<Signals<'_>> {
+    /// As all threads read them.
+    pub fn signals(&self) -> PyResult<Signals<'_>> {
         Ok(match self {
             Self::Constant(value) => Signals::Constant(*value),
             Self::Constants(values) => Signals::Constants(values.as_slice()?),
@@ -51,8 +60,14 @@ impl Courses<'_> {
     }
 }
 
+/// Inputs as all threads read them.
+pub fn signals<'a>(courses: &'a [(String, Courses<'_>)]) -> PyResult<Vec<(String, Signals<'a>)>> {
+    courses.iter().map(|(name, courses)| Ok((name.clone(), courses.signals()?))).collect()
+}
+
 impl Signals<'_> {
-    fn of(&self, run: usize) -> Signal<'_> {
+    /// The input of one run.
+    pub fn of(&self, run: usize) -> Signal<'_> {
         match *self {
             Self::Constant(value) => Signal::Constant(value),
             Self::Constants(values) => Signal::Constant(values[run]),
@@ -75,14 +90,27 @@ struct Plan<'a> {
     most: Option<u64>,
     /// Where they are counted.
     counters: Vec<Place>,
-    /// Set when no run is to go on.
+}
+
+/// How far work on other threads is.
+#[derive(Default)]
+pub struct Stage {
+    /// Set when nothing is to go on.
     halted: AtomicBool,
-    finished: AtomicUsize,
+    /// Finished parts.
+    pub finished: AtomicUsize,
+}
+
+impl Stage {
+    /// Whether nothing is to go on.
+    pub fn is_halted(&self) -> bool {
+        self.halted.load(Ordering::Relaxed)
+    }
 }
 
 impl Plan<'_> {
     /// Makes one run; an error names what is wrong with it.
-    fn run(&self, index: usize, slots: &mut [f64]) -> Reached {
+    fn run(&self, index: usize, slots: &mut [f64], stage: &Stage) -> Reached {
         let mut reached = Reached::default();
         let mut setup = self.setup.clone();
         let outcome = apply(&mut setup, &self.runs[index]).map_err(refused_setting).and_then(|()| {
@@ -94,10 +122,10 @@ impl Plan<'_> {
                     return Ok(true);
                 }
                 self.limit(plant)?;
-                Ok(!self.halted.load(Ordering::Relaxed))
+                Ok(!stage.is_halted())
             })
         });
-        self.finished.fetch_add(1, Ordering::Relaxed);
+        stage.finished.fetch_add(1, Ordering::Relaxed);
         let problem = outcome.err().map(|error| Python::attach(|py| error.value(py).to_string()));
         reached.failure = problem.or(reached.failure);
         reached
@@ -114,10 +142,10 @@ impl Plan<'_> {
     }
 
     /// Makes all runs on a number of threads.
-    fn run_all(&self, pool: &rayon::ThreadPool, slots: &mut [f64]) -> Vec<Reached> {
+    fn run_all(&self, pool: &rayon::ThreadPool, slots: &mut [f64], stage: &Stage) -> Vec<Reached> {
         let size = self.outputs.len() * self.grid.rows();
         pool.install(|| {
-            slots.par_chunks_mut(size.max(1)).enumerate().map(|(index, slots)| self.run(index, slots)).collect()
+            slots.par_chunks_mut(size.max(1)).enumerate().map(|(index, slots)| self.run(index, slots, stage)).collect()
         })
     }
 }
@@ -147,48 +175,48 @@ pub fn simulate_many<'py>(
     let grid = Grid { has_lines: lines, ..Grid::from(grid) };
     let setup = setup(model.model, &settings)?;
     let outputs = places(setup.table(), &outputs)?;
-    let inputs = inputs.iter().map(|(name, courses)| Ok((name.clone(), courses.signals()?)));
-    let inputs = inputs.collect::<PyResult<Vec<_>>>()?;
+    let inputs = signals(&inputs)?;
     let number = runs.len();
     let counters = most.map_or(Ok(Vec::new()), |_| places(setup.table(), &COUNTERS.map(String::from)))?;
-    let (halted, finished) = (AtomicBool::new(false), AtomicUsize::new(0));
-    let plan = Plan { setup, runs, inputs, grid, outputs, most, counters, halted, finished };
+    let plan = Plan { setup, runs, inputs, grid, outputs, most, counters };
     let mut slots = room(plan.outputs.len(), grid.rows(), number)?;
-    let pool = pool(workers)?;
-    let watch = Watch::new(progress);
-    let (reached, ended) = py.detach(|| watched(&plan, &pool, &mut slots, watch));
+    let (pool, stage, watch) = (pool(workers)?, Stage::default(), Watch::new(progress));
+    let (reached, ended) = py.detach(|| watched(&stage, watch, || plan.run_all(&pool, &mut slots, &stage)));
     let shape = (number, plan.outputs.len(), grid.rows());
     let values = Array3::from_shape_vec(shape, slots).expect("one slot per run, output and row");
+    let (reached, noticed) = told(reached);
+    Ok((values.into_pyarray(py), reached, ended.err(), noticed))
+}
+
+/// For each run the rows recorded and why it stopped early; and what was noticed first of each variable, with the number of its run.
+type Told = (Vec<(usize, Option<String>)>, Vec<(usize, Noticed)>);
+
+/// The ends of runs as Python takes them.
+pub fn told(runs: Vec<Reached>) -> Told {
     let mut noticed: Vec<(usize, Notice)> = Vec::new();
-    for (run, notice) in reached.iter().enumerate().flat_map(|(run, it)| it.noticed.iter().map(move |it| (run, *it))) {
+    for (run, notice) in runs.iter().enumerate().flat_map(|(run, it)| it.noticed.iter().map(move |it| (run, *it))) {
         if noticed.iter().all(|(_, known)| known.variable != notice.variable) {
             noticed.push((run, notice));
         }
     }
     let noticed = noticed.into_iter().map(|(run, notice)| (run, notice.into())).collect();
-    let reached = reached.into_iter().map(|it| (it.rows, it.failure)).collect();
-    Ok((values.into_pyarray(py), reached, ended.err(), noticed))
+    (runs.into_iter().map(|it| (it.rows, it.failure)).collect(), noticed)
 }
 
-/// Makes all runs on other threads, while this one watches.
-fn watched(
-    plan: &Plan<'_>,
-    pool: &rayon::ThreadPool,
-    slots: &mut [f64],
-    mut watch: Watch,
-) -> (Vec<Reached>, PyResult<()>) {
+/// Does work on other threads, while this one watches.
+pub fn watched<R: Send>(stage: &Stage, mut watch: Watch, work: impl FnOnce() -> R + Send) -> (R, PyResult<()>) {
     let (sender, receiver) = mpsc::channel();
     thread::scope(|scope| {
-        scope.spawn(move || sender.send(plan.run_all(pool, slots)));
+        scope.spawn(move || sender.send(work()));
         let mut ended = Ok(());
         loop {
-            if let Ok(reached) = receiver.recv_timeout(INTERVAL) {
-                let told = Python::attach(|py| watch.tell(py, plan.finished.load(Ordering::Relaxed)));
-                return (reached, ended.and(told));
+            if let Ok(done) = receiver.recv_timeout(INTERVAL) {
+                let told = Python::attach(|py| watch.tell(py, stage.finished.load(Ordering::Relaxed)));
+                return (done, ended.and(told));
             }
             if ended.is_ok() {
-                ended = watch.look(plan.finished.load(Ordering::Relaxed));
-                plan.halted.store(ended.is_err(), Ordering::Relaxed);
+                ended = watch.look(stage.finished.load(Ordering::Relaxed));
+                stage.halted.store(ended.is_err(), Ordering::Relaxed);
             }
         }
     })

@@ -1,7 +1,7 @@
 //! Models and their variables.
 
 use pneumatic_servo::model;
-use pneumatic_servo::variables::{Kind, Meaning, Role, Variable};
+use pneumatic_servo::variables::{self, Kind, Meaning, Role, Variable};
 use pyo3::prelude::*;
 
 use crate::failure::{refused, refused_value};
@@ -13,6 +13,20 @@ use crate::value::{Setting, setup};
 #[pyfunction]
 pub fn models() -> Vec<&'static str> {
     own::all().map(|model| model.name).collect()
+}
+
+/// The unit in which a value may be meant that is not between bounds in its SI unit, as the end of a sentence.
+#[pyfunction]
+#[pyo3(signature = (unit, value, low, high, shown, usual))]
+pub fn meant(unit: &str, value: f64, low: f64, high: f64, shown: &str, usual: Option<f64>) -> String {
+    variables::meant(unit, value, [low, high], shown, usual).unwrap_or_default()
+}
+
+/// The warning about variables without effect, or outputs that are 0 then, for what they lack.
+#[pyfunction]
+pub fn idle_warning(names: Vec<String>, lack: &str, are_outputs: bool) -> String {
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    variables::idle_warning(&names, lack, are_outputs)
 }
 
 /// A model of the library.
@@ -41,6 +55,10 @@ struct Description {
     meaning: Option<&'static str>,
     /// The enumeration parameter and its item for which alone a parameter counts.
     counts_for: Option<(&'static str, &'static str)>,
+    /// Range of the values that rigs have.
+    plausible: Option<(f64, f64)>,
+    /// Whether it counts under conditions only.
+    is_conditional: bool,
     text: &'static str,
 }
 
@@ -74,6 +92,24 @@ impl Model {
     fn variables(&self) -> Vec<Description> {
         let shown = self.model.table().into_iter().filter(|variable| variable.chooses.is_none());
         shown.map(|variable| self.describe(variable)).collect()
+    }
+
+    /// The condition that each of some variables lacks to have an effect on runs with settings; empty where it counts.
+    #[pyo3(signature = (settings, names))]
+    fn lacks(&self, settings: Vec<Setting>, names: Vec<String>) -> PyResult<Vec<String>> {
+        let (setup, table) = (setup(self.model, &settings)?, self.model.table());
+        let lack = |name: &String| table.lack(table.find(name)?.variable, setup.parameters());
+        Ok(names.iter().map(|name| lack(name).unwrap_or_default()).collect())
+    }
+
+    /// The warning about a legal value of a variable that is hardly meant; empty if there is none.
+    fn doubt(&self, name: &str, value: f64) -> String {
+        self.model.table().find(name).and_then(|entry| entry.variable.doubt(value)).unwrap_or_default()
+    }
+
+    /// The unit in which a value of a variable may be meant that is hardly plausible, as the end of a sentence.
+    fn meant(&self, name: &str, value: f64) -> String {
+        self.model.table().find(name).and_then(|entry| entry.variable.meant_beyond(value)).unwrap_or_default()
     }
 
     /// Starts a run at a time in s.
@@ -117,6 +153,8 @@ impl Model {
                 .counts_for
                 .and_then(|case| table.case(case))
                 .map(|(choice, item)| (choice.name.as_str(), item)),
+            plausible: variable.plausible.map(|[low, high]| (low, high)),
+            is_conditional: variable.is_conditional(),
             text: &variable.description,
         }
     }

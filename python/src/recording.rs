@@ -1,5 +1,7 @@
 //! One run with its inputs applied and its outputs recorded.
 
+use numpy::ndarray::Array2;
+use numpy::{IntoPyArray, PyArray2};
 use pneumatic_servo::model::Plant;
 use pneumatic_servo::model::Setup;
 use pneumatic_servo::variables::{Notice, Place, Table, Variable};
@@ -77,6 +79,11 @@ impl<'a> Driven<'a> {
         Ok(value)
     }
 
+    /// Its name.
+    pub fn name(&self) -> &'static str {
+        &self.variable.name
+    }
+
     /// Sets a plant's input to its value at a time in s; tells whether it is smaller or larger than all before.
     fn apply(&mut self, plant: &mut Plant, time: f64) -> PyResult<bool> {
         let value = self.at(time)?;
@@ -128,10 +135,65 @@ pub struct Reached {
     pub failure: Option<String>,
     /// What the plant noticed first of each variable.
     pub noticed: Vec<Notice>,
+    /// The log of the solver, if it is asked for.
+    pub log: Option<Log>,
 }
 
+/// Work of the solver.
+#[derive(Default)]
+pub struct Log {
+    places: Vec<Place>,
+    /// Counters of the solver at each row, one after the other.
+    counts: Vec<f64>,
+    /// Times in s and names of the events.
+    events: Vec<(f64, &'static str)>,
+}
+
+impl Log {
+    /// A log of the counters of these names.
+    ///
+    /// # Errors
+    /// `ValueError` for a model without a solver.
+    pub fn new(table: &Table, counters: &[String]) -> PyResult<Self> {
+        Ok(Self { places: places(table, counters)?, ..Self::default() })
+    }
+
+    /// As Python takes it.
+    pub fn tell(self, py: Python<'_>) -> Logged<'_> {
+        let shape = (self.counts.len() / self.places.len(), self.places.len());
+        let counts = Array2::from_shape_vec(shape, self.counts).expect("one count per row and counter");
+        (counts.into_pyarray(py), self.events)
+    }
+}
+
+/// Counters `[row, counter]`, and times in s and names of events.
+pub type Logged<'py> = (Bound<'py, PyArray2<f64>>, Vec<(f64, &'static str)>);
+
 impl Reached {
-    fn notice(&mut self, plant: &Plant) {
+    /// Begins the log that is asked for, of a plant that has started.
+    pub fn begin_log(&mut self, plant: &mut Plant) {
+        if let Some(log) = &mut self.log {
+            log.counts.clear();
+            plant.log_events();
+        }
+    }
+
+    /// Logs the work until a row.
+    pub fn count(&mut self, plant: &Plant) {
+        if let Some(Log { places, counts, .. }) = &mut self.log {
+            counts.extend(places.iter().map(|place| plant.value(*place)));
+        }
+    }
+
+    /// Ends the log.
+    pub fn end_log(&mut self, plant: &Plant) {
+        if let Some(log) = &mut self.log {
+            log.events = plant.logged_events();
+        }
+    }
+
+    /// Takes over what a plant notices of variables that are not known yet.
+    pub fn notice(&mut self, plant: &Plant) {
         for notice in plant.notices() {
             if self.noticed.iter().all(|known| known.variable != notice.variable) {
                 self.noticed.push(notice);
@@ -179,7 +241,9 @@ pub fn record(
         slopes.begin(&mut plant)?;
     }
     reached.notice(&plant);
+    reached.begin_log(&mut plant);
     let outcome = go(&mut plant, driven, grid, &mut rows, reached, look);
+    reached.end_log(&plant);
     if let Some(slopes) = rows.slopes {
         slopes.end(&plant, grid.start);
     }
@@ -209,6 +273,7 @@ fn go(
     mut look: impl FnMut(usize, &mut Plant) -> PyResult<bool>,
 ) -> PyResult<()> {
     rows.read(plant, grid.rows(), 0);
+    reached.count(plant);
     reached.rows = 1;
     for index in 0..grid.count {
         if !look(index, plant)? {
@@ -239,6 +304,7 @@ fn go(
         }
         if (index + 1) % grid.every == 0 || index + 1 == grid.count {
             rows.read(plant, grid.rows(), reached.rows);
+            reached.count(plant);
             reached.rows += 1;
         }
     }

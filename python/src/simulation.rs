@@ -4,14 +4,14 @@ use crc::{CRC_32_ISO_HDLC, Crc};
 use numpy::ndarray::Array2;
 use numpy::{IntoPyArray, PyArray2};
 use pneumatic_servo::co_simulation::Direction;
-use pneumatic_servo::model::{Plant, Saved};
+use pneumatic_servo::model::{self, Plant, Saved, TrimError};
 use pneumatic_servo::variables::{Kind, Place};
 use pyo3::prelude::*;
 use pyo3::sync::MutexExt;
 use pyo3::types::PyBytes;
 use std::sync::{Mutex, MutexGuard};
 
-use crate::failure::{refused, refused_setting, stopped, untold};
+use crate::failure::{refused, refused_setting, stopped, transition_error};
 use crate::recording::Noticed;
 use crate::recording::places;
 use crate::transition::{Asked, Told};
@@ -90,8 +90,12 @@ impl Simulation {
         self.plant(py).get(name).map_err(refused)
     }
 
-    /// Integrates over a step of a size in s.
-    fn step(&self, py: Python<'_>, size: f64) -> PyResult<()> {
+    /// Integrates over a step of a size in s, or with its unit.
+    fn step(&self, py: Python<'_>, size: &Bound<'_, PyAny>) -> PyResult<()> {
+        let size = match size.extract::<f64>() {
+            Ok(size) => size,
+            Err(_) => py.import("pneumatic_servo.values")?.call_method1("seconds", ("size", size))?.extract()?,
+        };
         let mut plant = self.plant(py);
         check_step(&plant, size)?;
         let plant = &mut *plant;
@@ -110,8 +114,18 @@ impl Simulation {
         check_step(&plant, size)?;
         let asked = Asked { parameters, outputs };
         let plant = &mut *plant;
-        let transition = py.detach(|| asked.of(plant, size)).map_err(untold)?;
+        let transition = py.detach(|| asked.of(plant, size)).map_err(transition_error)?;
         Ok(asked.tell(py, transition, plant.table().inputs().count()))
+    }
+
+    /// Logs the events from here on.
+    fn log_events(&self, py: Python<'_>) {
+        self.plant(py).log_events();
+    }
+
+    /// Times in s and names of the events that are logged.
+    fn logged_events(&self, py: Python<'_>) -> Vec<(f64, &'static str)> {
+        self.plant(py).logged_events()
     }
 
     /// What is unusual about the parameters and the present inputs: variable, value and remark.
@@ -138,6 +152,26 @@ impl Simulation {
     fn move_states(&self, py: Python<'_>, states: Vec<Setting>) -> PyResult<()> {
         let mut plant = self.plant(py);
         all_or_none(&mut plant, &states, |plant, state| plant.move_state(&state.name, state.number()?).map_err(refused))
+    }
+
+    /// Moves a plant that has just been started to an operating point of given states, of which some inputs are given and others
+    /// free; tells why there is none.
+    fn trim(
+        &self,
+        py: Python<'_>,
+        states: Vec<(String, f64)>,
+        inputs: Vec<String>,
+        free: Vec<String>,
+    ) -> PyResult<Option<String>> {
+        let states: Vec<(&str, f64)> = states.iter().map(|(name, value)| (name.as_str(), *value)).collect();
+        let [inputs, free] = [&inputs, &free].map(|names| names.iter().map(String::as_str).collect::<Vec<_>>());
+        let mut plant = self.plant(py);
+        let plant = &mut *plant;
+        match py.detach(|| plant.trim(model::Given { states: &states, inputs: &inputs, free: &free })) {
+            Ok(()) => Ok(None),
+            Err(TrimError::Setting(error)) => Err(refused_setting(error)),
+            Err(error) => Ok(Some(error.to_string())),
+        }
     }
 
     /// Partial derivatives of computed variables (rows) with respect to states and inputs (columns).

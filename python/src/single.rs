@@ -6,7 +6,7 @@ use pyo3::prelude::*;
 
 use crate::failure::room;
 use crate::model::Model;
-use crate::recording::{Driven, Grid, Noticed, Reached, Rows, places, record};
+use crate::recording::{Driven, Grid, Log, Logged, Noticed, Reached, Rows, places, record};
 use crate::signal::Signal;
 use crate::slopes::{Slopes, Told};
 use crate::value::{Setting, setup};
@@ -35,15 +35,24 @@ impl Course<'_> {
 }
 
 /// What `simulate` returns: values `[output, row]`, rows recorded, why it stopped early, an exception that ended it, what was
-/// noticed, the smallest and largest value of each input, and sensitivities, if any are asked for.
-type Outcome<'py> =
-    (Bound<'py, PyArray2<f64>>, usize, Option<String>, Option<PyErr>, Vec<Noticed>, Vec<(f64, f64)>, Option<Told<'py>>);
+/// noticed, the smallest and largest value of each input, and sensitivities and the log of the solver, if any are asked for.
+type Outcome<'py> = (
+    Bound<'py, PyArray2<f64>>,
+    usize,
+    Option<String>,
+    Option<PyErr>,
+    Vec<Noticed>,
+    Vec<(f64, f64)>,
+    Option<Told<'py>>,
+    Option<Logged<'py>>,
+);
 
 /// Runs a model once. `grid` is start and step in s, number of steps, and steps per row; `sensitivities` names what the outputs
-/// are differentiated by; with `lines` inputs run on straight lines from each communication point to the next.
+/// are differentiated by; with `lines` inputs run on straight lines from each communication point to the next; `counters`
+/// of the solver, and events, are logged if given.
 #[expect(clippy::too_many_arguments, reason = "Python's keywords name them")]
 #[pyfunction]
-#[pyo3(signature = (model, settings, inputs, grid, outputs, sensitivities, progress, lines=false))]
+#[pyo3(signature = (model, settings, inputs, grid, outputs, sensitivities, progress, lines=false, counters=None))]
 pub fn simulate<'py>(
     py: Python<'py>,
     model: &Model,
@@ -54,15 +63,17 @@ pub fn simulate<'py>(
     sensitivities: Vec<String>,
     progress: Option<Py<PyAny>>,
     lines: bool,
+    counters: Option<Vec<String>>,
 ) -> PyResult<Outcome<'py>> {
     let grid = Grid { has_lines: lines, ..Grid::from(grid) };
     let setup = setup(model.model, &settings)?;
     let signals = inputs.iter().map(|(name, course)| Ok((name, course.signal()?)));
     let (mut driven, places) = (Driven::all(setup.table(), signals)?, places(setup.table(), &outputs)?);
+    let log = counters.map(|counters| Log::new(setup.table(), &counters)).transpose()?;
     let mut slots = room(places.len(), grid.rows(), 1)?;
     let slopes = (!sensitivities.is_empty()).then(|| Slopes::new(sensitivities, places.len(), grid.rows()));
     let mut slopes = slopes.transpose()?;
-    let mut reached = Reached::default();
+    let mut reached = Reached { log, ..Reached::default() };
     let mut watch = Watch::new(progress);
     let ended = py.detach(|| {
         let rows = Rows { outputs: &places, slots: &mut slots, slopes: slopes.as_mut() };
@@ -75,8 +86,9 @@ pub fn simulate<'py>(
     });
     watch.tell(py, if ended.is_ok() { grid.count } else { 0 })?;
     let values = Array2::from_shape_vec((places.len(), grid.rows()), slots).expect("one slot per output and row");
-    let noticed = reached.noticed.into_iter().map(Noticed::from).collect();
+    let noticed = reached.noticed.iter().copied().map(Noticed::from).collect();
     let extremes = driven.iter().map(|input| input.extremes).collect();
     let told = slopes.map(|slopes| slopes.tell(py, places.len()));
-    Ok((values.into_pyarray(py), reached.rows, reached.failure, ended.err(), noticed, extremes, told))
+    let Reached { rows, failure, log, .. } = reached;
+    Ok((values.into_pyarray(py), rows, failure, ended.err(), noticed, extremes, told, log.map(|log| log.tell(py))))
 }

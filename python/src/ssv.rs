@@ -1,6 +1,6 @@
 //! Settings as SSV, in the words of the crate that writes it for the FMUs.
 
-use pneumatic_servo_ssp::{Parameter, ParameterSet};
+use pneumatic_servo_ssp::{Parameter, ParameterSet, Version};
 use pyo3::prelude::*;
 
 use crate::failure::refused_setting;
@@ -19,5 +19,5 @@ pub fn ssv(model: &Model, name: &str, description: &str, settings: Vec<Setting>)
         Some(Parameter::new(&setting.name, variable, setting.given.value()))
     });
     let parameters = parameters.collect::<Result<_, _>>().map_err(refused_setting)?;
-    Ok(ParameterSet { name, description, tool: TOOL, time: None, parameters }.text()?)
+    Ok(ParameterSet { version: Version::One, name, description, tool: TOOL, time: None, parameters }.text()?)
 }

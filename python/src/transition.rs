@@ -6,7 +6,7 @@ use pneumatic_servo::model::Plant;
 use pneumatic_servo::sensitivity::{Transition, TransitionError};
 use pyo3::prelude::*;
 
-use crate::failure::{stopped, untold};
+use crate::failure::{stopped, transition_error};
 
 type Matrix<'py> = Bound<'py, PyArray2<f64>>;
 
@@ -53,9 +53,9 @@ impl Asked {
 }
 
 /// A failure of the plant or simulation of a number.
-pub fn untold_of(what: &str, index: usize, error: TransitionError) -> PyErr {
+pub fn transition_error_of(what: &str, index: usize, error: TransitionError) -> PyErr {
     match error {
         TransitionError::Step(error) => stopped(format!("{what} {index}: {error}")),
-        other => untold(other),
+        other => transition_error(other),
     }
 }

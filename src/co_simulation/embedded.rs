@@ -3,7 +3,7 @@
 use crate::numbers::{Real, Scalar};
 use crate::solver::{Counters, Run, Settings, StepError, Tuning};
 use crate::system::System;
-use crate::variables::{ParameterError, ParameterSet, StateSet, Tunable, Values};
+use crate::variables::{ParameterError, ParameterSet, Tunable, Values};
 
 /// A run of equations with `U` inputs and at most `N` states, from time 0.
 ///
@@ -19,21 +19,13 @@ impl<E: System<U>, const N: usize, const U: usize> Embedded<E, N, U> {
     /// A run from its start, with room for a number of computed variables. It allocates; steps do not.
     ///
     /// # Errors
-    /// [`ParameterError`] when parameters do not fit together, or `N` is not for their number of states: a run with a state of
-    /// friction is integrated in another way, so that one without any has its bits with just as many places.
+    /// [`ParameterError`] when parameters do not fit together, or have more than `N` states.
     #[inline(never)]
     pub fn new(parameters: &[f64], inputs: &[f64; U], computed: usize) -> Result<Self, ParameterError> {
         let (equations, settings) = build::<E, U>(parameters)?;
         let states = equations.states();
         if states > N {
             return Err(ParameterError::new("states", states as f64, "the run is compiled for fewer"));
-        }
-        if states == E::State::OTHERS && N > states {
-            return Err(ParameterError::new(
-                "states",
-                states as f64,
-                "the run is compiled for more: for states of friction",
-            ));
         }
         let inputs = inputs.map(Real::of);
         let begin = Box::new(equations.start(&inputs));

@@ -110,6 +110,16 @@ pub trait Simulation: Send {
         false
     }
 
+    /// Logs the events from here on. Steps then allocate.
+    fn log_events(&mut self) {}
+
+    /// Times in s and names of the events that are logged: of located ones, and of those that a jump of an input sets off.
+    ///
+    /// A model without events has none.
+    fn logged_events(&self) -> Vec<(f64, &'static str)> {
+        Vec::new()
+    }
+
     /// Warnings about the parameters and the present inputs; usually none.
     fn notices(&self) -> Notices {
         Notices::default()

@@ -102,7 +102,8 @@ impl<E: System<U>, const N: usize, const U: usize> Simulator<E, N, U> {
         let u = inputs(start.inputs);
         let begin = begin(&equations, &Real::all(&u));
         check_outputs(&equations, &begin.0.map(Real::value), &u, &begin.1)?;
-        let run = Run::boxed(equations, settings, begin, Real::all(&u));
+        let mut run = Run::boxed(equations, settings, begin, Real::all(&u));
+        run.set_clock(start.time);
         Ok(Self { run, session: Session::begin::<E, U>(start) })
     }
 
@@ -232,6 +233,15 @@ impl<E: System<U>, const N: usize, const U: usize> Simulation for Simulator<E, N
         self.run.system().state_at(reference, N)
     }
 
+    fn log_events(&mut self) {
+        self.run.log_events();
+    }
+
+    fn logged_events(&self) -> Vec<(f64, &'static str)> {
+        let (run, start) = (&self.run, self.session.start);
+        run.logged_events().iter().map(|(time, event)| (start + time, run.system().event_name(*event))).collect()
+    }
+
     fn notices(&self) -> Notices {
         self.run.system().notices(&self.inputs())
     }
@@ -264,6 +274,7 @@ impl<E: System<U>, const N: usize, const U: usize> Simulation for Simulator<E, N
             return Err(SnapshotError::Foreign);
         }
         self.run.restore(Real::all(&states), &mut memory, progress);
+        self.run.set_clock(start);
         (self.session.start, self.session.time) = (start, snapshot.time);
         Ok(())
     }

@@ -6,7 +6,7 @@ use crate::numbers::{DIRECTIONS, Real, STILL, Scalar, Slopes, Tangent};
 use crate::sensitivity::{Along, Crossing, NoDerivative, Varied, seeds};
 use crate::session::{Seeds, Snapshot, SnapshotError, Start, build};
 use crate::solver::{self, Progress, Run, Settings, StepError};
-use crate::system::{Kept, System, are_alike, kept, shared_table, still, varied};
+use crate::system::{IndicatorSet, Kept, Renewal, System, kept, plain, shared_table, still, varied};
 use crate::variables::Table;
 
 /// A model's equations in motion, in numbers with slopes.
@@ -18,7 +18,10 @@ pub struct VariedRun<E: System<U>, const N: usize, const U: usize> {
     /// Clock of the host in s at the start.
     start: f64,
     lost: [Option<NoDerivative>; DIRECTIONS],
+    room: Renewal,
 }
+
+const DIFFERENT_MODES: &str = "the modes differ from one side of it to the other";
 
 /// Share of its magnitude by which a direction is followed to see whether the run begins in another mode there.
 const BESIDE: f64 = 1e-7;
@@ -31,8 +34,10 @@ impl<E: System<U>, const N: usize, const U: usize> VariedRun<E, N, U> {
         let seeds = std::array::from_fn(|i| seeds.get(i).copied().unwrap_or_default());
         let u = std::array::from_fn(|i| Tangent { value: start.inputs[i], slopes: seeds[i] });
         let begin: Box<([Tangent; N], E::Memory<Tangent>)> = Box::new(equations.start(&u));
-        let run = Run::boxed(equations, settings, begin, u);
-        Self { run, table: shared_table::<E, U>(), seeds, start: start.time, lost: [const { None }; DIRECTIONS] }
+        let mut run = Run::boxed(equations, settings, begin, u);
+        run.set_clock(start.time);
+        let (table, lost) = (shared_table::<E, U>(), [const { None }; DIRECTIONS]);
+        Self { run, table, seeds, start: start.time, lost, room: Renewal::default() }
     }
 
     /// Makes a step, and finds out why slopes are lost in it.
@@ -44,6 +49,11 @@ impl<E: System<U>, const N: usize, const U: usize> VariedRun<E, N, U> {
                 continue;
             }
             let is_lost = || self.run.state().0.iter().any(|state| state.slopes[direction].is_nan());
+            if self.run.is_silent() {
+                let is_lost = self.run.lost(direction).is_some() || is_lost();
+                self.lost[direction] = is_lost.then(|| self.nothing_told());
+                continue;
+            }
             self.lost[direction] = match self.run.lost(direction) {
                 Some(lost) => Some(NoDerivative {
                     time: self.start + lost.time,
@@ -51,7 +61,7 @@ impl<E: System<U>, const N: usize, const U: usize> VariedRun<E, N, U> {
                     reason: lost.reason.clone(),
                 }),
                 None if is_lost() => Some(self.tied(begin).unwrap_or_else(|| self.depends_on_nothing("the equations"))),
-                None => None,
+                None => self.at_a_limit(direction, true),
             };
         }
         outcome.map_err(|error| error.later(self.start))
@@ -83,8 +93,13 @@ impl<E: System<U>, const N: usize, const U: usize> VariedRun<E, N, U> {
         Some(NoDerivative {
             time: self.start + begin,
             event,
-            reason: "more of it does something else than less".to_owned(),
+            reason: "its slope upwards differs from its slope downwards".to_owned(),
         })
+    }
+
+    /// A loss of which nothing is told, so that nothing is allocated.
+    fn nothing_told(&self) -> NoDerivative {
+        NoDerivative { time: self.start + self.run.time(), event: String::new(), reason: String::new() }
     }
 
     fn depends_on_nothing(&self, event: &str) -> NoDerivative {
@@ -95,14 +110,23 @@ impl<E: System<U>, const N: usize, const U: usize> VariedRun<E, N, U> {
         }
     }
 
-    /// Why there is no derivative by a state: the mode is exactly at its limit, to one side of which it ends.
-    fn at_a_limit(&self, direction: usize) -> Option<NoDerivative> {
+    /// Why there is no derivative along a direction: the motion is exactly at the limit of a mode, to one side of which the mode ends,
+    /// or rests on a kink.
+    fn at_a_limit(&self, direction: usize, at_kinks: bool) -> Option<NoDerivative> {
+        let reason = if at_kinks { "the motion rests at its limit" } else { DIFFERENT_MODES };
+        let is_asked_for = |event: &usize| self.run.system().is_kink(*event) == at_kinks;
+        let mut events = (0..E::Indicators::<Tangent>::unused().as_ref().len()).filter(is_asked_for).peekable();
+        events.peek()?;
         let indicators = self.run.indicators();
-        let event = indicators.as_ref().iter().position(|it| it.value == 0.0 && it.slopes[direction] != 0.0)?;
+        let is_at_it = |event: &usize| {
+            let it = &indicators.as_ref()[*event];
+            it.value == 0.0 && it.slopes[direction] != 0.0
+        };
+        let event = events.find(is_at_it)?;
         Some(NoDerivative {
             time: self.start + self.run.time(),
             event: self.run.system().event_name(event).to_owned(),
-            reason: "the modes differ from one side of it to the other".to_owned(),
+            reason: reason.to_owned(),
         })
     }
 }
@@ -115,7 +139,8 @@ fn begins_otherwise<E: System<U>, const N: usize, const U: usize>(
 ) -> bool {
     let is_moved = |seeds: &[Slopes], place: usize| seeds.get(place).is_some_and(|seed| seed[direction] != 0.0);
     let of_inputs = start.seeds.inputs;
-    let memory = |share: f64| {
+    // None where no run begins, or one of more states: that of an option which is absent at 0.
+    let begun = |share: f64| {
         let magnitude = |value: f64, typical: f64| if value == 0.0 { typical } else { value.abs() };
         let moved = |(place, value): (usize, &f64)| match is_moved(start.seeds.parameters, place) {
             true => {
@@ -127,18 +152,19 @@ fn begins_otherwise<E: System<U>, const N: usize, const U: usize>(
         let parameters: Vec<f64> = start.parameters.iter().enumerate().map(moved).collect();
         let is_legal = table.parameters().zip(&parameters).all(|(variable, value)| variable.check(*value).is_ok());
         let start = Start { parameters: &parameters, seeds: Seeds::NONE, ..*start };
-        let (equations, _) = build::<E, U>(&start).ok().filter(|_| is_legal)?;
+        let (equations, _) = build::<E, U>(&start).ok().filter(|(it, _)| is_legal && it.states() <= N)?;
         let u = std::array::from_fn(|i| {
             let value = start.inputs[i];
             Real::of(if is_moved(of_inputs, i) { value + share * magnitude(value, 1.0) } else { value })
         });
-        Some(equations.start::<Real, N>(&u).1)
+        let memory = equations.start::<Real, N>(&u).1;
+        Some((equations, memory))
     };
     if start.seeds.parameters.iter().chain(of_inputs).all(|seed| seed[direction] == 0.0) {
         return false;
     }
-    let Some(here) = memory(0.0) else { return false };
-    [BESIDE, -BESIDE].into_iter().filter_map(memory).any(|beside| !are_alike(&here, &beside))
+    let Some((equations, here)) = begun(0.0) else { return false };
+    [BESIDE, -BESIDE].into_iter().filter_map(begun).any(|(_, beside)| !equations.are_alike(&here, &beside))
 }
 
 impl<E: System<U>, const N: usize, const U: usize> Varied for VariedRun<E, N, U> {
@@ -147,7 +173,7 @@ impl<E: System<U>, const N: usize, const U: usize> Varied for VariedRun<E, N, U>
             *lost = begins_otherwise::<E, N, U>(&self.table, start, direction).then(|| NoDerivative {
                 time: start.time,
                 event: "the start".to_owned(),
-                reason: "the modes differ from one side of it to the other".to_owned(),
+                reason: DIFFERENT_MODES.to_owned(),
             });
         }
     }
@@ -166,11 +192,39 @@ impl<E: System<U>, const N: usize, const U: usize> Varied for VariedRun<E, N, U>
         let mut memory = varied(&*memory, |place| seeds(along, Along::Memory(place)));
         self.run.restore(x, &mut memory, progress);
         self.seeds = std::array::from_fn(|i| seeds(along, Along::Input(i)));
+        self.run.set_clock(start);
         (self.start, self.lost) = (start, [const { None }; DIRECTIONS]);
-        for (direction, _) in moved.iter().enumerate().filter(|(_, place)| place.is_some()) {
-            self.lost[direction] = self.at_a_limit(direction);
+        for (direction, _) in moved.iter().enumerate().filter(|(_, place)| place.is_some() && !self.run.is_silent()) {
+            self.lost[direction] = self.at_a_limit(direction, false);
         }
         Ok(())
+    }
+
+    fn be_silent(&mut self) {
+        self.run.be_silent();
+    }
+
+    fn save(&self) -> Snapshot {
+        let (x, memory) = self.run.state();
+        let (x, unused) = (x.map(Tangent::value), self.run.system().unused(N));
+        let states = [&x[..unused.start], &x[unused.end..]].concat();
+        let rest = postcard::to_allocvec(&(self.run.progress(), self.start)).expect("plain data");
+        Snapshot { time: self.start + self.run.time(), states, memory: [plain(memory), rest].concat() }
+    }
+
+    fn reseed(&mut self, states: &[f64], along: &[Along]) {
+        let (x, memory) = self.run.state();
+        let mut x = x.map(|state| Tangent::still(state.value));
+        for ((number, reference), value) in self.table.states().enumerate().zip(states) {
+            if let Some(place) = self.run.system().state_at(reference, N) {
+                x[place] = Tangent { value: *value, slopes: seeds(along, Along::State(number)) };
+            }
+        }
+        let mut memory = self.room.reseeded(memory, |place| seeds(along, Along::Memory(place)));
+        let progress = self.run.progress();
+        self.run.restore(x, &mut memory, progress);
+        self.seeds = std::array::from_fn(|i| seeds(along, Along::Input(i)));
+        self.lost = [const { None }; DIRECTIONS];
     }
 
     fn set_inputs(&mut self, values: &[f64], slopes: &[f64]) {
@@ -191,6 +245,9 @@ impl<E: System<U>, const N: usize, const U: usize> Varied for VariedRun<E, N, U>
         let (system, time, u) = (self.run.system(), Tangent::still(self.run.time()), self.run.inputs().0);
         self.run.consistent(|x, memory| {
             system.outputs(time, x, &u, memory, computed);
+            if self.run.is_silent() {
+                return;
+            }
             for (direction, why) in why.iter_mut().enumerate().filter(|(_, why)| why.is_none()) {
                 let is_lost = || {
                     let rounded = system.rounded();
@@ -207,6 +264,14 @@ impl<E: System<U>, const N: usize, const U: usize> Varied for VariedRun<E, N, U>
     fn state(&self, state: usize) -> Slopes {
         let place = self.table.states().nth(state).and_then(|reference| self.run.system().state_at(reference, N));
         place.map_or(STILL, |place| self.run.state().0[place].slopes)
+    }
+
+    fn states(&self, states: &mut [Tangent]) {
+        for (reference, slot) in self.table.states().zip(states) {
+            if let Some(place) = self.run.system().state_at(reference, N) {
+                *slot = self.run.state().0[place];
+            }
+        }
     }
 
     fn memory(&self) -> Vec<Kept> {

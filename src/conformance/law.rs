@@ -16,11 +16,11 @@ use crate::variables::{Kind, Meaning, Tunable};
 pub struct Claims {
     /// Mirrored motion gives mirrored friction.
     pub odd: bool,
-    /// Upper bound of the returned energy in J: the largest stored energy with its defaults at a load level of [`MOST`].
+    /// Upper bound of the returned energy in J: the largest stored energy with its defaults at a load factor of [`MOST`].
     pub stored: Option<f64>,
 }
 
-/// The lowest load level under which energies are compared.
+/// The lowest load factor under which energies are compared.
 pub const LEAST: f64 = 0.1;
 /// The highest one.
 pub const MOST: f64 = 1.9;
@@ -87,7 +87,7 @@ fn names<L: FrictionLaw>(law: &L) -> Vec<String> {
         StateKind::Deflection => "deflection".to_owned(),
         StateKind::Force => format!("elementForce[{}]", number + 1),
     };
-    let motion = ["velocity", "position", "applied force", "load level"].map(str::to_owned);
+    let motion = ["velocity", "position", "applied force", "load factor"].map(str::to_owned);
     motion.into_iter().chain((0..law.states()).map(state)).collect()
 }
 
@@ -260,7 +260,7 @@ pub fn yields<L: FrictionLaw>(name: &str) {
         let against = direction * law.force(&under(broken), z, &memory, &mut rates[..z.len()]).value;
         assert!(
             against <= broken * (1.0 + 1e-9),
-            "{name} at the load level {level}: the contact breaks away under {broken} N, and slides against {against} N, so \
+            "{name} at the load factor {level}: the contact breaks away under {broken} N, and slides against {against} N, so \
              that break-away and stop follow each other without end"
         );
     }
@@ -305,7 +305,7 @@ pub fn mirrored<L: FrictionLaw>(law: &str) {
     }
 }
 
-/// In a bench under prescribed motion, friction gives back no more energy than this, in J, however its load level varies in space
+/// In a bench under prescribed motion, friction gives back no more energy than this, in J, however its load factor varies in space
 /// and time.
 ///
 /// # Panics
@@ -323,7 +323,7 @@ fn get(run: &mut Plant, name: &str) -> f64 {
     run.get(name).unwrap_or_else(|error| panic!("the friction bench: {error}"))
 }
 
-/// A motion back and forth at speeds from 0.1 mm/s to 1 m/s, under a load level with waves along the path and in time, with the
+/// A motion back and forth at speeds from 0.1 mm/s to 1 m/s, under a load factor with waves along the path and in time, with the
 /// energy that friction takes: a sum that falls only where friction returns energy.
 pub struct Motion {
     /// The bench.

@@ -225,11 +225,14 @@ macro_rules! law_items {
                 fn asks_for_applied_force(&self) -> bool {
                     of_law!(self, |law| law.asks_for_applied_force())
                 }
-                fn scales_deflection_force(&self) -> bool {
-                    of_law!(self, |law| law.scales_deflection_force())
+                fn may_differ_by_direction(&self) -> bool {
+                    of_law!(self, |law| law.may_differ_by_direction())
                 }
-                fn is_gentle(&self) -> bool {
-                    of_law!(self, |law| law.is_gentle())
+                fn sliding_direction<S: Varying>(memory: &Memory<S>) -> Option<f64> {
+                    match memory { $(Memory::$law(memory) => <$type as FrictionLaw>::sliding_direction::<S>(memory)),* }
+                }
+                fn is_non_stiff(&self) -> bool {
+                    of_law!(self, |law| law.is_non_stiff())
                 }
                 fn follows(&self) -> &'static [Drive] {
                     of_law!(self, |law| law.follows())

@@ -7,12 +7,13 @@ use super::law::{Contact, Drive, FrictionLaw, MAX_STATES, StateKind, Stiction};
 use super::registry::Friction;
 use super::states::{self, Named};
 use crate::numbers::{Dual, Real, Scalar, Varying};
-use crate::system::{Limits, Sample};
-use crate::variables::Variable;
+use crate::system::{Indicator, Limits, Part, Sample, StateIndex};
+use crate::variables::{Notice, Variable};
 
 /// A friction law and the place of its states; a model may hold several.
 ///
-/// A model says how its contact moves and what loads it ([`Contact`]), and keeps a [memory](FrictionLaw::Memory) for each among its own.
+/// It is a [`Part`] of the model, which says how the contact moves and what loads it ([`Contact`]), and keeps a
+/// [memory](FrictionLaw::Memory) for each among its own.
 #[derive(Clone, Debug)]
 pub struct FrictionContact<L = Friction> {
     law: L,
@@ -22,7 +23,7 @@ pub struct FrictionContact<L = Friction> {
     /// Whether the memory of the law follows the motion.
     follows: bool,
     /// Whether the force changes gently within a mode.
-    is_gentle: bool,
+    is_non_stiff: bool,
     /// Whether the law has one state that it does not name, which may relax.
     relaxes: bool,
     /// Whether any mode of the law can end.
@@ -33,6 +34,10 @@ pub struct FrictionContact<L = Friction> {
     first: usize,
     /// Number of states of the law.
     count: usize,
+    /// The velocity among the states of the model.
+    velocity: StateIndex,
+    /// Factor on the magnitudes of the law's states.
+    allowance: f64,
     /// Value reference that the variables of its states count from.
     references: u32,
     /// The place of its named states among the named states of all laws.
@@ -40,16 +45,16 @@ pub struct FrictionContact<L = Friction> {
 }
 
 impl<L: FrictionLaw> FrictionContact<L> {
-    /// A contact under a law, whose states begin at the index `first` of the state vector, and whose variables count from the
-    /// value reference `references`.
-    pub fn new(law: L, drive: Drive, first: usize, references: u32) -> Self {
+    /// A contact under a law, whose states begin at the index `first` of the state vector, whose events may change the velocity,
+    /// and whose variables count from the value reference `references`.
+    pub fn new(law: L, drive: Drive, first: usize, velocity: StateIndex, references: u32) -> Self {
         let holds_exactly = law.stiction() == Stiction::Exact;
         // Answers that the solver needs at every step are kept, since asking the law takes longer.
         Self {
             drive,
             holds_exactly,
             follows: law.follows().contains(&drive),
-            is_gentle: law.is_gentle(),
+            is_non_stiff: law.is_non_stiff(),
             relaxes: law.states() == 1 && law.state_kind() != StateKind::Named,
             has_events: !law.events().is_empty(),
             max_step: law.max_step(),
@@ -57,13 +62,20 @@ impl<L: FrictionLaw> FrictionContact<L> {
             named: Named::of(&law),
             law,
             first,
+            velocity,
+            allowance: 1.0,
             references,
         }
     }
 
+    /// The same with states whose errors may exceed those of other states by a factor.
+    pub fn allowing(self, allowance: f64) -> Self {
+        Self { allowance, ..self }
+    }
+
     /// The variables of the states of a contact in a group of a model and of their rates, in the order in which
     /// [`Observation::write`] writes them. `base` is the reference from which [`new`](Self::new) counts them: 460 of the first
-    /// contact, 40 more for each further one. `sliding` lists the states and inputs that velocity and load level depend on.
+    /// contact, 40 more for each further one. `sliding` lists the states and inputs that velocity and load factor depend on.
     pub fn variables(group: &str, base: u32, sliding: &[u32]) -> Vec<Variable> {
         states::table::<L>(group, base, [sliding, &[]])
     }
@@ -79,16 +91,10 @@ impl<L: FrictionLaw> FrictionContact<L> {
         self.drive
     }
 
-    /// Whether the memory of the law follows the motion.
-    #[inline(always)]
-    pub fn follows(&self) -> bool {
-        self.follows
-    }
-
     /// Whether the force changes gently within a mode.
     #[inline(always)]
-    pub fn is_gentle(&self) -> bool {
-        self.is_gentle
+    pub fn is_non_stiff(&self) -> bool {
+        self.is_non_stiff
     }
 
     /// Whether the law has one state that it does not name, which may relax.
@@ -112,7 +118,7 @@ impl<L: FrictionLaw> FrictionContact<L> {
         self.law.relaxation(&contact(), [x[self.first], rates[self.first]], memory)
     }
 
-    /// Stiffness in N/m and damping in N.s/m of the contact at rest, before anything slides, at load level 1.
+    /// Stiffness in N/m and damping in N.s/m of the contact at rest, before anything slides, at load factor 1.
     pub fn resistance(&self) -> [f64; 2] {
         let (time, position, velocity, applied, level) = (0.0, 0.0, 0.0, 0.0, 1.0);
         let still = Contact { time, position, velocity, applied, level, drive: self.drive };
@@ -133,30 +139,16 @@ impl<L: FrictionLaw> FrictionContact<L> {
         [stiffness, damping]
     }
 
-    /// Number of states of the law.
-    pub fn count(&self) -> usize {
-        self.count
-    }
-
     /// Indices of the law's states in the state vector.
     #[inline(always)]
-    pub fn states(&self) -> Range<usize> {
+    pub fn range(&self) -> Range<usize> {
         self.first..self.first + self.count
-    }
-
-    /// Index among the states of the model of the one that a variable stands for, if the law has it.
-    pub fn state_at(&self, reference: u32) -> Option<usize> {
-        let number = match self.law.state_kind() {
-            StateKind::Named => self.named.number_of(self.references, reference)?,
-            kind => states::number_of(kind, reference.checked_sub(self.references)?)?,
-        };
-        (number < self.count).then_some(self.first + number)
     }
 
     /// The memory a run starts with; writes the start values of the law's states, which are zero before, to
     /// the state vector.
     pub fn start<S: Varying>(&self, contact: &Contact<S>, x: &mut [S]) -> L::Memory<S> {
-        self.law.start_states(contact, &mut x[self.states()]);
+        self.law.start_states(contact, &mut x[self.range()]);
         self.law.start(contact)
     }
 
@@ -175,7 +167,7 @@ impl<L: FrictionLaw> FrictionContact<L> {
     /// The friction force in N; writes the rates of the law's states.
     #[inline(always)]
     pub fn force<S: Scalar>(&self, contact: &Contact<S>, x: &[S], memory: &L::Memory<S::Held>, rates: &mut [S]) -> S {
-        self.law.force(contact, &x[self.states()], memory, &mut rates[self.states()])
+        self.law.force(contact, &x[self.range()], memory, &mut rates[self.range()])
     }
 
     /// Outputs of the contact.
@@ -189,94 +181,116 @@ impl<L: FrictionLaw> FrictionContact<L> {
             states: [S::zero(); MAX_STATES],
             rates: [S::zero(); MAX_STATES],
         };
-        let states = &x[self.states()];
+        let states = &x[self.range()];
         observation.states[..self.count].copy_from_slice(states);
         observation.force = self.law.force(contact, states, memory, &mut observation.rates[..self.count]);
         observation
-    }
-
-    /// The event indicators in the present mode.
-    #[inline(always)]
-    pub fn indicators<S: Varying>(&self, contact: &Contact<S>, x: &[S], memory: &L::Memory<S>) -> Indicators<S> {
-        let mut indicators = Indicators::default();
-        self.law.indicators(contact, &x[self.states()], memory, &mut indicators);
-        indicators
-    }
-
-    /// Whether any mode of the law can end.
-    pub fn has_events(&self) -> bool {
-        self.has_events
-    }
-
-    /// Handles an event, whose indicator fell below zero; may set the velocity, a state of the model.
-    #[inline(always)]
-    pub fn switch<S: Varying>(
-        &self,
-        event: Event,
-        contact: &Contact<S>,
-        velocity: usize,
-        x: &mut [S],
-        memory: &mut L::Memory<S>,
-    ) {
-        let mut rate = x[velocity];
-        self.law.switch(event, contact, &mut rate, &mut x[self.states()], memory);
-        x[velocity] = rate;
-    }
-
-    /// Lets the memory follow an accepted step, and returns whether the force may have changed; few laws do, and only for
-    /// them the contact is worked out.
-    #[inline(always)]
-    pub fn follow<S: Varying>(&self, contact: impl Fn() -> Contact<S>, x: &[S], memory: &mut L::Memory<S>) -> bool {
-        self.follows && self.law.follow(&contact(), &x[self.states()], memory)
-    }
-
-    /// The next sample.
-    #[inline(always)]
-    pub fn next_sample<S: Varying>(&self, memory: &L::Memory<S>) -> Sample<S> {
-        self.law.next_sample::<S>(memory)
-    }
-
-    /// Takes the sample that is due at the time of the contact, if any.
-    #[inline(always)]
-    pub fn sample<S: Varying>(&self, contact: impl Fn() -> Contact<S>, time: f64, x: &[S], memory: &mut L::Memory<S>) {
-        if self.law.next_sample::<S>(memory).time.value() <= time {
-            self.law.sample(&contact(), &x[self.states()], memory);
-        }
-    }
-
-    /// Longest step in s the solver may take.
-    #[inline(always)]
-    pub fn max_step(&self) -> f64 {
-        self.max_step
-    }
-
-    /// Whether the force depends on time otherwise than through contact and states.
-    pub fn depends_on_time(&self) -> bool {
-        self.law.depends_on_time()
     }
 
     /// Magnitude of the states of a law that does not name them.
     pub fn state_scale(&self) -> f64 {
         self.law.state_scale()
     }
+}
 
-    /// Writes the magnitudes of the law's states, times a factor.
-    pub fn write_scales(&self, factor: f64, scales: &mut [f64]) {
+impl<L: FrictionLaw> Part for FrictionContact<L> {
+    type Memory<S: Varying> = L::Memory<S>;
+    type Sees<S: Scalar> = Contact<S>;
+
+    const EVENTS: usize = Event::COUNT;
+
+    fn indicator_list(group: &str) -> Vec<Indicator> {
+        Event::indicators(group)
+    }
+
+    fn states(&self) -> usize {
+        self.count
+    }
+
+    fn state_at(&self, reference: u32, _n: usize) -> Option<usize> {
+        let number = match self.law.state_kind() {
+            StateKind::Named => self.named.number_of(self.references, reference)?,
+            kind => states::number_of(kind, reference.checked_sub(self.references)?)?,
+        };
+        (number < self.count).then_some(self.first + number)
+    }
+
+    fn write_scales(&self, scales: &mut [f64]) {
         for state in 0..self.count {
-            scales[self.first + state] = factor * self.law.scale_of(state);
+            scales[self.first + state] = self.allowance * self.law.scale_of(state);
         }
     }
 
-    /// Writes the limits of the states that the law names.
-    pub fn write_limits(&self, limits: &mut [Limits]) {
+    fn write_limits(&self, limits: &mut [Limits]) {
         for state in 0..self.named.own() {
             limits[self.first + state] = Limits::within(self.law.range_of(state), self.law.scale_of(state));
         }
     }
 
-    /// Whether a memory can belong to this contact.
-    pub fn fits<S: Varying>(&self, memory: &L::Memory<S>) -> bool {
+    fn has_events(&self) -> bool {
+        self.has_events
+    }
+
+    fn event_name(&self, event: usize) -> &'static str {
+        Event::ALL[event].name()
+    }
+
+    #[inline(always)]
+    fn write_indicators<S: Varying>(&self, contact: &Contact<S>, x: &[S], memory: &L::Memory<S>, indicators: &mut [S]) {
+        let mut own = Indicators::default();
+        self.law.indicators(contact, &x[self.range()], memory, &mut own);
+        indicators.copy_from_slice(own.as_ref());
+    }
+
+    #[inline(always)]
+    fn switch<S: Varying>(&self, event: usize, contact: &Contact<S>, x: &mut [S], memory: &mut L::Memory<S>) {
+        let velocity = self.velocity.among(x.len());
+        let mut rate = x[velocity];
+        self.law.switch(Event::ALL[event], contact, &mut rate, &mut x[self.range()], memory);
+        x[velocity] = rate;
+    }
+
+    #[inline(always)]
+    fn follows(&self) -> bool {
+        self.follows
+    }
+
+    #[inline(always)]
+    fn follow<S: Varying>(&self, contact: &Contact<S>, x: &[S], memory: &mut L::Memory<S>) -> bool {
+        self.law.follow(contact, &x[self.range()], memory)
+    }
+
+    #[inline(always)]
+    fn next_sample<S: Varying>(&self, memory: &L::Memory<S>) -> Sample<S> {
+        self.law.next_sample::<S>(memory)
+    }
+
+    #[inline(always)]
+    fn sample<S: Varying>(&self, time: f64, contact: &Contact<S>, x: &[S], memory: &mut L::Memory<S>) {
+        if self.law.next_sample::<S>(memory).time.value() <= time {
+            self.law.sample(contact, &x[self.range()], memory);
+        }
+    }
+
+    #[inline(always)]
+    fn max_step(&self) -> f64 {
+        self.max_step
+    }
+
+    fn depends_on_time(&self) -> bool {
+        self.law.depends_on_time()
+    }
+
+    fn fits<S: Varying>(&self, memory: &L::Memory<S>) -> bool {
         self.law.owns::<S>(memory)
+    }
+
+    fn variant(&self) -> &'static str {
+        self.law.title()
+    }
+
+    fn notice(&self) -> Option<Notice> {
+        self.law.notice()
     }
 }
 

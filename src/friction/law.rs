@@ -53,7 +53,7 @@ impl<L> LawState<L> {
         Self { range: [low, high], ..self }
     }
 
-    /// A state whose rate depends on the velocity and the state itself: on no other state of the law, nor on the load level.
+    /// A state whose rate depends on the velocity and the state itself: on no other state of the law, nor on the load factor.
     pub const fn alone(self) -> Self {
         Self { is_alone: true, ..self }
     }
@@ -113,7 +113,7 @@ pub struct Contact<S> {
     pub velocity: S,
     /// Sum of all other forces on the mass in N, positive towards positive velocity.
     pub applied: S,
-    /// Load level `lambda` (1 at rated load), which multiplies every force-valued parameter of the law, or the limits of
+    /// Load factor `lambda` (1 at rated load), which multiplies every force-valued parameter of the law, or the limits of
     /// its deflections where these stand for forces.
     pub level: S,
     /// Whether the contact is moved by forces or by a prescribed motion.
@@ -245,15 +245,22 @@ pub trait FrictionLaw: ParameterSet {
         &[]
     }
 
-    /// Whether the force of a deflection scales with the load level: with a level that jumps where the motion turns, so would the
-    /// force, and the motion would turn without end.
-    fn scales_deflection_force(&self) -> bool {
+    /// Whether the load factor may depend on the direction of motion. The force must then be continuous where the motion turns, but for
+    /// the modes of a set-valued law, and a closed path must take energy: a law whose limits shrink while a spring holds a force beyond
+    /// them would give some.
+    fn may_differ_by_direction(&self) -> bool {
         false
+    }
+
+    /// Direction, +1 or -1, of a mode that slides: it decides the load factor beyond the velocity 0, where the mode is to end. Nothing at
+    /// rest, or of a law without such modes.
+    fn sliding_direction<S: Varying>(_memory: &Self::Memory<S>) -> Option<f64> {
+        None
     }
 
     /// Whether the force changes gently with velocity, position and states within a mode: not like a bristle that
     /// settles within microseconds, or a line through zero velocity.
-    fn is_gentle(&self) -> bool {
+    fn is_non_stiff(&self) -> bool {
         false
     }
 
@@ -270,7 +277,7 @@ pub trait FrictionLaw: ParameterSet {
     }
 
     /// Whether the rate of one continuous state depends on others of the law; otherwise each rate depends on its own state, the
-    /// motion and the load level. Several named states count as coupled.
+    /// motion and the load factor. Several named states count as coupled.
     fn couples_states() -> bool {
         Self::STATES.len() > 1
     }

@@ -1,6 +1,6 @@
 //! Friction laws behind one interface.
 //!
-//! A law is given the [`Contact`] (position, velocity, applied force, load level) and answers with the friction
+//! A law is given the [`Contact`] (position, velocity, applied force, load factor) and answers with the friction
 //! force, which is positive when it opposes a positive velocity. What it remembers is of two kinds: continuous
 //! states (bristle deflections), integrated by the solver, and a memory (modes, stacks, generators) that only
 //! changes at events. Laws know neither models nor solvers; a model may hold several contacts.

@@ -85,7 +85,7 @@ pub fn number_of(kind: StateKind, reference: u32) -> Option<usize> {
     (number < own.count).then_some(number as usize)
 }
 
-/// The states of a contact in a group and their rates; value references from `base`. What velocity and load level depend
+/// The states of a contact in a group and their rates; value references from `base`. What velocity and load factor depend
 /// on is listed: with the state itself, or all of its kind if the laws couple them, all that its rate does.
 pub fn table<L: FrictionLaw>(group: &str, base: u32, [velocity, level]: [&[u32]; 2]) -> Vec<Variable> {
     let sliding = &[velocity, level].concat()[..];

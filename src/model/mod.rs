@@ -1,18 +1,26 @@
 //! A model: its name, its variables and how a run of it starts.
 
 mod experiment;
+#[cfg(feature = "sensitivities")]
+mod observer;
 mod plant;
 
 mod setup;
 mod transition;
+mod trim;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 pub use self::experiment::{Course, Experiment, Panel, Signal};
+#[cfg(feature = "sensitivities")]
+pub(crate) use self::observer::SavedObserver;
+#[cfg(feature = "sensitivities")]
+pub use self::observer::{Observed, Observer, ObserverError};
 pub use self::plant::{Plant, Saved};
 pub use self::setup::Setup;
 pub use self::transition::Steps;
+pub use self::trim::{Given, TrimError};
 use crate::co_simulation::start_sized;
 use crate::co_simulation::{Simulation, snapshot_size};
 use crate::sensitivity::Varied;
@@ -127,13 +135,16 @@ impl Model {
         let default = |variable: &Variable| variable.start.unwrap_or_default();
         let (parameters, inputs): (Vec<f64>, Vec<f64>) =
             (table.parameters().map(default).collect(), table.inputs().map(default).collect());
-        let run = self.begin(&Start {
-            time: 0.0,
-            parameters: &parameters,
-            inputs: &inputs,
-            tolerance: None,
-            seeds: Seeds::NONE,
-        })?;
+        self.starts_with(&parameters, &inputs)
+    }
+
+    /// The same under other parameters and inputs, given in the order of the table.
+    ///
+    /// # Errors
+    /// [`ParameterError`] when they do not fit together.
+    pub fn starts_with(&self, parameters: &[f64], inputs: &[f64]) -> Result<BTreeMap<u32, f64>, ParameterError> {
+        let table = self.shared_table();
+        let run = self.begin(&Start { time: 0.0, parameters, inputs, tolerance: None, seeds: Seeds::NONE })?;
         let mut values = vec![0.0; table.computed().count()];
         run.values(&mut values);
         let all = table.computed().map(|variable| variable.reference).zip(values);
@@ -160,6 +171,9 @@ impl Model {
         let entry = table.find(&error.variable);
         if entry.is_some_and(|entry| entry.variable.start == Some(error.value)) {
             error.reason += &format!("; this is its default: give {}, too", error.variable);
+        }
+        if let Some(hint) = entry.and_then(|entry| entry.variable.meant_beyond(error.value)) {
+            error.reason += &hint;
         }
         error
     }

@@ -297,6 +297,31 @@ impl Plant {
         outcome
     }
 
+    /// Logs the events from here on; without it they cost nothing.
+    ///
+    /// ```
+    /// use pneumatic_servo::model::Setup;
+    /// use pneumatic_servo::models::friction_bench::MODEL;
+    ///
+    /// // Under Coulomb friction a mass stops after m*v0/Fc.
+    /// let setup = Setup::new(&MODEL).set("bench.drive", "Free")?.set("friction.law", "Coulomb")?;
+    /// let setup = setup.set("friction.coulomb.Fc", 2.0)?.set("friction.coulomb.sigma2", 0.0)?.set("velocity0", 3.0)?;
+    /// let mut plant = setup.start(0.0)?;
+    /// plant.log_events();
+    /// plant.advance_to(2.0)?;
+    /// let [(time, _)] = plant.logged_events()[..] else { panic!("one event") };
+    /// assert!((time - 3.0 / 2.0).abs() < 1e-6);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn log_events(&mut self) {
+        self.simulation.log_events();
+    }
+
+    /// Times in s and names of the events since they are logged, in the order in which they happened.
+    pub fn logged_events(&self) -> Vec<(f64, &'static str)> {
+        self.simulation.logged_events()
+    }
+
     /// Warnings about the parameters and the present inputs, though they are accepted.
     pub fn notices(&self) -> impl Iterator<Item = Notice> {
         self.simulation.notices().into_iter().flatten()
@@ -376,12 +401,20 @@ impl Plant {
         if !value.is_finite() {
             return Err(refuse("the value must be a finite number"));
         }
-        if !entry.state.is_some_and(|state| self.simulation.move_state(state, value)) {
+        if !entry.state.is_some_and(|state| self.put_state(state, value)) {
             return Err(refuse("it is no continuous state of this run"));
         }
-        self.varied.clear();
-        self.forget_computed();
         Ok(())
+    }
+
+    /// The same by the number of the state; tells whether it is integrated.
+    pub(super) fn put_state(&mut self, state: usize, value: f64) -> bool {
+        let is_moved = self.simulation.move_state(state, value);
+        if is_moved {
+            self.varied.clear();
+            self.forget_computed();
+        }
+        is_moved
     }
 
     /// Carries sensitivities along from here on: derivatives of all variables by parameters, by constants added to inputs, and

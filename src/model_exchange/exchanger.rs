@@ -220,7 +220,7 @@ impl<E: System<U>, const N: usize, const U: usize> Exchanger<E, N, U> {
     /// Takes the samples that are due.
     fn sample(&mut self) -> Result<(), ExchangeError> {
         for _ in 0..MAX_SWITCHES {
-            let sample = self.equations.next_sample::<Real>(&self.memory);
+            let sample = self.equations.next_sample::<Real>(&self.memory).rounded(self.elapsed, self.session.start);
             if !sample.is_due_at(self.elapsed) {
                 return Ok(());
             }

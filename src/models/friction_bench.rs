@@ -18,14 +18,13 @@ use serde::{Deserialize, Serialize};
 use crate::co_simulation::Product;
 use crate::co_simulation::start_sized;
 use crate::friction::{
-    self, Contact, ContactLaw, Event, Friction, FrictionContact, FrictionLaw, Indicators, Law, MAX_STATES, Trend,
-    states,
+    self, Contact, ContactLaw, Friction, FrictionContact, FrictionLaw, Indicators, Law, MAX_STATES, Trend, states,
 };
 use crate::model::{Experiment, Functions, Model, Panel, Start};
 use crate::numbers::{Real, Scalar, Varying};
-use crate::system::{Indicator, Limits, Sample, System, Tables, references};
-use crate::variables::{Fixed, Notices, ParameterError, ParameterSet, Values, Variable, units};
-use crate::{enumeration, inputs, outputs, parameters, states};
+use crate::system::{Holder, Holds, Part, System, Tables, references};
+use crate::variables::{Condition, Fixed, ParameterError, ParameterSet, Values, Variable, units};
+use crate::{enumeration, holds, inputs, outputs, parameters, states};
 
 /// The model as the library offers it.
 pub const MODEL: Model = model::<Friction>();
@@ -59,7 +58,7 @@ fn start<L: FrictionLaw, P: Product>(start: &Start) -> Result<P, ParameterError>
     )
 }
 
-/// A deflection that yields at once where the load level falls below its force in the direction of motion.
+/// A deflection that yields at once where the load factor falls below its force in the direction of motion.
 fn yielding(deflection: Variable) -> Variable {
     let known = [deflection.depends_on.as_deref().unwrap_or_default(), &[depends::DRIVE, depends::LEVEL]].concat();
     deflection.depends_on(&known)
@@ -79,10 +78,10 @@ inputs! {
             .text("Velocity of the free end of the spring, or of the mass itself if its motion is prescribed");
         applied_force = Variable::input(2, "appliedForce", units::NEWTON, 0.0).nominal(10.0)
             .text("Force on the mass towards +x; in a prescribed motion, what a law with true stiction answers at rest");
-        prescribed_position = Variable::input(3, "prescribedPosition", units::METRE, 0.0).nominal(0.1).shown_in("mm")
-            .text("Position of the mass at the end of the communication step, if its position is prescribed");
+        prescribed_position = Variable::input(3, "prescribedPosition", units::METRE, 0.0).counts_where(Condition::is("bench.drive", &[Drive::PrescribedPosition])).nominal(0.1).shown_in("mm")
+            .text("Position of the mass at the end of the communication step");
         level = Variable::input(4, "friction.level", units::ONE, 1.0).range(0.0, 1e3)
-            .text("Load level of the contact, the factor on its friction forces: measured load over rated load");
+            .text("Load factor of the contact, the factor on its friction forces: measured load over rated load");
     }
 }
 
@@ -133,9 +132,9 @@ outputs! {
         drive_position = Variable::output(depends::Y, "drivePosition", units::METRE).nominal(0.1).shown_in("mm")
             .depends_on(&[depends::Y])
             .text("Position of the free end of the spring: the integral of driveVelocity");
-        spring_force = Variable::output(105, "springForce", units::NEWTON).nominal(10.0)
+        spring_force = Variable::output(105, "springForce", units::NEWTON).counts_where(Condition::is("bench.drive", &[Drive::SpringPull])).nominal(10.0)
             .depends_on(&[depends::Y, depends::X, depends::V, depends::DRIVE])
-            .text("Force of spring and damper on the mass towards +x; 0 unless they pull it");
+            .text("Force of spring and damper on the mass towards +x");
         friction_force = Variable::output(106, "frictionForce", units::NEWTON).nominal(10.0)
             .depends_on(&depends::motion())
             .text("Friction force on the mass, positive when it opposes motion towards +x");
@@ -174,14 +173,14 @@ parameters! {
             .text("What moves the mass");
         mass: Fixed = Variable::parameter(1002, "mass", units::KILOGRAM, 1.0).range(1e-3, 1e4)
             .text("Mass");
-        stiffness: Fixed = Variable::parameter(1003, "spring.stiffness", units::NEWTON_PER_METRE, 2.0).range(0.0, 1e9)
+        stiffness: Fixed = Variable::parameter(1003, "spring.stiffness", units::NEWTON_PER_METRE, 2.0).counts_where(Condition::is("bench.drive", &[Drive::SpringPull])).range(0.0, 1e9)
             .text("Stiffness of the spring");
-        damping: Fixed = Variable::parameter(1004, "spring.damping", units::NEWTON_SECOND_PER_METRE, 0.0).range(0.0, 1e6)
+        damping: Fixed = Variable::parameter(1004, "spring.damping", units::NEWTON_SECOND_PER_METRE, 0.0).counts_where(Condition::is("bench.drive", &[Drive::SpringPull])).range(0.0, 1e6)
             .text("Damping coefficient parallel to the spring");
         position0: Fixed = Variable::parameter(1005, "position0", units::METRE, 0.0).range(-1e3, 1e3).shown_in("mm")
             .text("Initial position of the mass and of the free end of the spring");
-        velocity0: Fixed = Variable::parameter(1006, "velocity0", units::METRE_PER_SECOND, 0.0).range(-100.0, 100.0).shown_in("mm/s")
-            .text("Initial velocity of the mass, unless its motion is prescribed");
+        velocity0: Fixed = Variable::parameter(1006, "velocity0", units::METRE_PER_SECOND, 0.0).counts_where(Condition::is("bench.drive", &[Drive::SpringPull, Drive::Free])).range(-100.0, 100.0).shown_in("mm/s")
+            .text("Initial velocity of the mass");
     }
 }
 
@@ -282,6 +281,11 @@ impl<L: FrictionLaw> FrictionBench<L> {
     }
 }
 
+holds! {
+    [L: FrictionLaw] FrictionBench<L>, INPUTS; friction: FrictionContact<L>, "friction", |memory| memory.friction,
+    |bench, time, x, u, memory| bench.contact_at(time, x, &Inputs::read(u), memory)
+}
+
 impl<L: FrictionLaw> System<INPUTS> for FrictionBench<L> {
     type Parameters = Parameters;
     type State = State;
@@ -305,12 +309,16 @@ impl<L: FrictionLaw> System<INPUTS> for FrictionBench<L> {
     fn new(values: &mut Values) -> Result<Self, ParameterError> {
         let (p, ContactLaw(law)): Parts<L> = values.read()?;
         let drive = if p.drive.prescribes() { friction::Drive::Motion } else { friction::Drive::Force };
-        let friction = FrictionContact::new(law, drive, State::FRICTION, references::CONTACT);
+        let friction = FrictionContact::new(law, drive, State::FRICTION, State::Velocity.index(), references::CONTACT);
         Ok(Self { p, friction })
     }
 
     fn parameters(&self) -> &Parameters {
         &self.p
+    }
+
+    fn parts() -> impl Holds<Self, INPUTS> {
+        Holder
     }
 
     fn start<S: Varying, const N: usize>(&self, u: &[S; INPUTS]) -> ([S; N], Self::Memory<S>) {
@@ -324,14 +332,6 @@ impl<L: FrictionLaw> System<INPUTS> for FrictionBench<L> {
         let contact = self.contact(S::zero(), &x, &inputs, rate, trend.sign);
         let friction = self.friction.start(&contact, &mut x);
         (x, Memory { friction, trend, path: DrivenPath { end: start, velocity: None } })
-    }
-
-    fn states(&self) -> usize {
-        State::OTHERS + self.friction.count()
-    }
-
-    fn indicator_list() -> Vec<Indicator> {
-        Event::indicators("friction")
     }
 
     fn derivatives<S: Scalar, const N: usize>(
@@ -349,33 +349,6 @@ impl<L: FrictionLaw> System<INPUTS> for FrictionBench<L> {
         State::Position.set(&mut rates, self.rate(x, u, memory));
         State::Velocity.set(&mut rates, self.acceleration(contact.applied, force));
         rates
-    }
-
-    fn indicators<S: Varying, const N: usize>(
-        &self,
-        time: S,
-        x: &[S; N],
-        u: &[S; INPUTS],
-        memory: &Memory<L::Memory<S>, S>,
-    ) -> Indicators<S> {
-        let contact = self.contact_at(time, x, &Inputs::read(u), memory);
-        self.friction.indicators(&contact, x, &memory.friction)
-    }
-
-    fn has_events(&self) -> bool {
-        self.friction.has_events()
-    }
-
-    fn switch<S: Varying, const N: usize>(
-        &self,
-        event: usize,
-        time: S,
-        x: &mut [S; N],
-        u: &[S; INPUTS],
-        memory: &mut Memory<L::Memory<S>, S>,
-    ) {
-        let contact = self.contact_at(time, x, &Inputs::read(u), memory);
-        self.friction.switch(Event::ALL[event], &contact, State::Velocity.at(N), x, &mut memory.friction);
     }
 
     fn begin<S: Varying, const N: usize>(
@@ -398,62 +371,14 @@ impl<L: FrictionLaw> System<INPUTS> for FrictionBench<L> {
         &self,
         time: S,
         x: &[S; N],
-        u: &[S; INPUTS],
+        inputs: &[S; INPUTS],
         memory: &mut Memory<L::Memory<S>, S>,
     ) -> bool {
-        let u = &Inputs::read(u);
+        let u = &Inputs::read(inputs);
         let followed = if self.p.drive.prescribes() { self.rate(x, u, memory) } else { u.drive_velocity };
         memory.trend.follow(followed);
-        let (rate, trend) = (self.rate(x, u, memory), memory.trend.sign);
-        let contact = || self.contact(time, x, u, rate, trend);
-        self.friction.follow(contact, x, &mut memory.friction);
+        Holder.follow(self, (time, x, inputs), memory);
         true
-    }
-
-    fn next_sample<S: Varying>(&self, memory: &Memory<L::Memory<S>, S>) -> Sample<S> {
-        self.friction.next_sample::<S>(&memory.friction)
-    }
-
-    fn event_name(&self, event: usize) -> &'static str {
-        Event::ALL[event].name()
-    }
-
-    fn variant(&self) -> &'static str {
-        self.friction.law().title()
-    }
-
-    fn max_step(&self) -> f64 {
-        self.friction.max_step()
-    }
-
-    fn depends_on_time(&self) -> bool {
-        self.friction.depends_on_time()
-    }
-
-    fn sample<S: Varying, const N: usize>(
-        &self,
-        time: S,
-        x: &mut [S; N],
-        u: &[S; INPUTS],
-        memory: &mut Memory<L::Memory<S>, S>,
-    ) {
-        let u = &Inputs::read(u);
-        let (rate, trend) = (self.rate(x, u, memory), memory.trend.sign);
-        let contact = || self.contact(time, x, u, rate, trend);
-        self.friction.sample(contact, time.value(), x, &mut memory.friction);
-    }
-
-    fn limits<const N: usize>(&self) -> [Limits; N] {
-        let mut limits = self.scales().map(Limits::of_magnitude);
-        self.friction.write_limits(&mut limits);
-        limits
-    }
-
-    fn scales<const N: usize>(&self) -> [f64; N] {
-        let mut scales = [1.0; N];
-        self.friction.write_scales(1.0, &mut scales);
-        State::ALL.iter().for_each(|state| scales[state.at(N)] = state.scale(&self.p));
-        scales
     }
 
     fn fits<S: Varying>(&self, memory: &Memory<L::Memory<S>, S>) -> bool {
@@ -493,11 +418,7 @@ impl<L: FrictionLaw> System<INPUTS> for FrictionBench<L> {
             Some(State::Velocity) if self.p.drive.prescribes() => None,
             other => other,
         };
-        own.map(|state| state.at(n)).or_else(|| self.friction.state_at(reference))
-    }
-
-    fn notices(&self, _u: &[f64; INPUTS]) -> Notices {
-        [self.friction.law().notice(), None]
+        own.map(|state| state.at(n)).or_else(|| self.friction.state_at(reference, n))
     }
 }
 

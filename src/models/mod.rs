@@ -5,6 +5,8 @@ mod checks;
 pub mod driven_slider;
 pub mod festoon;
 pub mod friction_bench;
+#[cfg(feature = "sensitivities")]
+pub mod friction_observer;
 pub mod pneumatic_servo_cylinder;
 pub mod position_controller;
 pub mod vibro_impact;

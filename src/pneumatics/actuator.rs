@@ -58,7 +58,7 @@ macro_rules! actuator_items {
     ($($id:literal $item:ident $type:ty, $summary:literal;)*) => {
         $crate::enumeration! {
             /// The choice of the rig; ids are never reused.
-            Actuation "Actuation": "What moves the cylinder" {
+            Actuation "Actuation": "Actuator of the cylinder" {
                 $($id $item: $summary;)*
             }
         }
@@ -116,7 +116,7 @@ macro_rules! actuator_items {
 
                 fn table() -> Vec<Variable> {
                     let start = [$(Actuation::$item),*][0];
-                    let mut table = vec![Variable::choice(ACTUATION, "actuation", start).text("What moves the cylinder")];
+                    let mut table = vec![Variable::choice(ACTUATION, "actuation", start).text("Actuator of the cylinder")];
                     $({
                         let own = <$type as Actuating>::Parameters::table().into_iter();
                         table.extend(own.map(|variable| variable.counts_for(ACTUATION, $id)));

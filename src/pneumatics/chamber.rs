@@ -110,7 +110,8 @@ impl Chambers {
 
     #[inline(always)]
     fn heat_flow<S: Scalar>(&self, temperature: Pair<S>, length: Pair<S>, heat_transfer: Tunable) -> Pair<S> {
-        let wall = Pair::zero().max(length) * (PI * self.bore) + self.walls;
+        // At length 0, where a piston starts at its stop, the derivative is the one towards a growing length.
+        let wall = length.max(Pair::zero()) * (PI * self.bore) + self.walls;
         (-temperature + self.ambient_temperature) * wall * heat_transfer
     }
 

@@ -46,7 +46,7 @@ parameters! {
             .text("Absolute pressure of the regulator at 0 V");
         max_pressure: Fixed = Variable::parameter(1034, "regulator.pMax", units::PASCAL, 8.8e5).range(1e3, 1e8).shown_in("bar")
             .text("Absolute pressure of the regulator at 10 V");
-        time_constant: Fixed = Variable::parameter(1035, "regulator.tau", units::SECOND, 0.02).range(1e-5, 100.0).shown_in("ms")
+        time_constant: Fixed = Variable::parameter(1035, "regulator.tau", units::SECOND, 0.02).range(1e-5, 100.0).plausible(1e-4, 2.0).shown_in("ms")
             .text("Time constant of the regulator");
         conductance: Fixed = Variable::parameter(1036, "regulator.C", units::CUBIC_METRE_PER_SECOND_PASCAL, 4e-9).range(1e-13, 1e-5).shown_in("dm3/(s.bar)")
             .text("Sonic conductance between regulator and chamber A");
@@ -64,7 +64,7 @@ outputs! {
         pressure = Variable::output(PRESSURE, "regulator.pressure", units::PASCAL).local().nominal(1e5).shown_in("bar")
             .depends_on(&[PRESSURE])
             .starts_from(&[VOLTAGE])
-            .text("Absolute pressure behind the regulator; 0 on the rig with a valve");
+            .text("Absolute pressure behind the regulator; 0 with another actuator");
         pressure_rate = Variable::output(205, "der(regulator.pressure)", units::PASCAL_PER_SECOND).local().nominal(1e6).derivative_of(PRESSURE)
             .depends_on(&[VOLTAGE, PRESSURE])
             .text("Rate of the pressure behind the regulator");

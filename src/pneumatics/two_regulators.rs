@@ -16,7 +16,7 @@ parameters! {
             .text("Absolute pressure of both regulators at 0 V");
         max_pressure: Fixed = Variable::parameter(1411, "twoRegulators.pMax", units::PASCAL, 8.8e5).range(1e3, 1e8).shown_in("bar")
             .text("Absolute pressure of both regulators at 10 V");
-        time_constant: Fixed = Variable::parameter(1412, "twoRegulators.tau", units::SECOND, 0.02).range(1e-5, 100.0).shown_in("ms")
+        time_constant: Fixed = Variable::parameter(1412, "twoRegulators.tau", units::SECOND, 0.02).range(1e-5, 100.0).plausible(1e-4, 2.0).shown_in("ms")
             .text("Time constant of both regulators");
         conductance: Fixed = Variable::parameter(1413, "twoRegulators.C", units::CUBIC_METRE_PER_SECOND_PASCAL, 4e-9).range(1e-13, 1e-5).shown_in("dm3/(s.bar)")
             .text("Sonic conductance between each regulator and its chamber");

@@ -21,7 +21,7 @@ parameters! {
             .text("Dead zone of both valves as a fraction of the spool travel");
         leakage: Fixed = Variable::parameter(1403, "twoValves.leakage", units::ONE, 0.002).range(0.0, 1.0)
             .text("Opening of a closed metering edge as a fraction of the full opening");
-        time_constant: Fixed = Variable::parameter(1404, "twoValves.tau", units::SECOND, 2e-3).range(1e-5, 10.0).shown_in("ms")
+        time_constant: Fixed = Variable::parameter(1404, "twoValves.tau", units::SECOND, 2e-3).range(1e-5, 10.0).plausible(1e-5, 0.5).shown_in("ms")
             .text("Time constant of the spools");
     }
 }
@@ -42,7 +42,7 @@ outputs! {
 fn spool(side: usize, chamber: &str) -> Variable {
     let spool = Variable::output(SPOOLS[side], &format!("twoValves.spool{chamber}"), units::ONE).local().nominal(1.0);
     spool.depends_on(&[SPOOLS[side]]).text(&format!(
-        "Spool of the valve of chamber {chamber}: above 0 it feeds, below it vents; 0 with another actuator"
+        "Spool position of the valve of chamber {chamber}: positive feeds, negative vents the chamber; 0 with another actuator"
     ))
 }
 

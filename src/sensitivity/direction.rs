@@ -81,7 +81,7 @@ fn along(entry: &Entry, parameters: &[f64]) -> Result<Along, &'static str> {
             Err("it is 0, which stands for none, and a little of it is another system")
         }
         (Place::Parameter(place), _, Kind::Real(_)) if entry.variable.turns_at_zero && parameters[place] == 0.0 => {
-            Err("it is 0, and more of it does something else than less")
+            Err("it is 0, and its slope upwards differs from its slope downwards")
         }
         (Place::Parameter(place), _, Kind::Real(_)) => Ok(Along::Parameter(place)),
         (Place::Input(place), _, Kind::Real(_)) => Ok(Along::Input(place)),

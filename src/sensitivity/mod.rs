@@ -59,6 +59,16 @@ pub trait Varied: Send {
     /// [`SnapshotError`] when the saved state does not fit.
     fn place(&mut self, snapshot: &Snapshot, along: &[Along]) -> Result<(), SnapshotError>;
 
+    /// Moves the continuous states, numbered as in a [`Direction`](crate::session::Direction), to other values at the present time and
+    /// with the present modes; from there on each direction varies alone, as for [`place`](Self::place).
+    fn reseed(&mut self, states: &[f64], along: &[Along]);
+
+    /// Does not tell from here on why there are no slopes: for a filter, whose steps then do not allocate.
+    fn be_silent(&mut self);
+
+    /// Everything that changes while running, apart from inputs, parameters and slopes: what a plain run would save.
+    fn save(&self) -> Snapshot;
+
     /// Sets the inputs at the current time and their slopes in 1/s.
     fn set_inputs(&mut self, values: &[f64], slopes: &[f64]);
 
@@ -81,6 +91,9 @@ pub trait Varied: Send {
 
     /// The slopes of a continuous state, numbered as in a [`Direction`](crate::session::Direction); 0 if it is not integrated.
     fn state(&self, state: usize) -> Slopes;
+
+    /// Writes the continuous states that are integrated, numbered as in a [`Direction`](crate::session::Direction).
+    fn states(&self, states: &mut [Tangent]);
 
     /// The numbers that the memory keeps.
     fn memory(&self) -> Vec<Kept>;

@@ -25,7 +25,7 @@ pub fn step<H: System<U>, S: Varying, const N: usize, const U: usize>(
     h: f64,
     jacobians: &mut u64,
 ) -> Option<Trial<N, S>> {
-    let (end_time, scales) = (time + h, system.scales::<N>());
+    let (end_time, scales, counting) = (time + h, system.scales::<N>(), system.counting(N));
     let u = inputs.at(end_time).map(S::value);
     let x = values(start);
     let mut end = x;
@@ -42,7 +42,8 @@ pub fn step<H: System<U>, S: Varying, const N: usize, const U: usize>(
         if end.iter().any(|value| !value.is_finite()) {
             return None;
         }
-        if (0..N).all(|i| change[i].abs() <= CONVERGED * scales[i].max(end[i].abs())) {
+        let is_still = |i: usize| change[i].abs() <= CONVERGED * scales[i].max(end[i].abs());
+        if (0..N).all(|i| is_still(i) || counting == Some(i)) {
             let ended = array(|i| S::of(end[i]));
             if !S::VARIES {
                 return Some(Trial { end: ended, error: [S::zero(); N] });

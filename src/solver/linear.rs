@@ -76,7 +76,7 @@ fn times_groups<const N: usize>(columns: &[[f64; N]; N], right: &[f64; N], group
     let [first, second, third] = ranges::<N>(groups);
     let mut solution = *right;
     solve(columns, first.clone(), &mut solution);
-    add(columns, first, second.clone(), &mut solution);
+    add(columns, first, second.start..N, &mut solution);
     solve(columns, second.clone(), &mut solution);
     add(columns, second.clone(), third.clone(), &mut solution);
     solve(columns, third.clone(), &mut solution);
@@ -198,7 +198,7 @@ mod tests {
             0.5, -7.0, 1.0, 0.3, -2.0, //
             4.0, 2.0, -1e6, 3.0, 50.0, //
             0.0, 0.0, 1e3, -2.0, 0.7, //
-            0.0, 6.0, -0.1, 1.0, 0.0,
+            0.8, 6.0, -0.1, 1.0, 0.0,
         ]);
         let right = [1.0, -2.0, 3.0, 0.5, 0.1];
         let solve = |groups| Inverse::new(&jacobian, 10.0, groups, false).unwrap().times(&right, groups);

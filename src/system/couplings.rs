@@ -4,8 +4,8 @@
 ///
 /// ```text
 ///     | A  0  0 |   the first group depends on nothing but itself,
-/// J = | B  C  D |   the second on everything,
-///     | 0  E  F |   the third not on the first
+/// J = | B  C  D |   the others on everything
+///     | G  E  F |
 /// ```
 pub type Groups = [usize; 2];
 

@@ -34,28 +34,71 @@ pub fn varied<A: Serialize, B: DeserializeOwned>(state: &A, slopes: impl Fn(usiz
 /// A discrete state of numbers with slopes, of which none varies.
 #[cfg(feature = "sensitivities")]
 pub fn still<M: Serialize + DeserializeOwned>(state: &M) -> M {
-    renewed(state, size_of::<Slopes>(), |_| crate::numbers::STILL)
+    reseeded(state, |_| crate::numbers::STILL)
+}
+
+/// A discrete state of numbers with slopes as one with other slopes, by the places of the numbers.
+pub fn reseeded<M: Serialize + DeserializeOwned>(state: &M, slopes: impl Fn(usize) -> Slopes) -> M {
+    renewed(state, size_of::<Slopes>(), slopes)
 }
 
 /// A discrete state whose numbers have other slopes in place of those that take a number of bytes.
 fn renewed<A: Serialize, B: DeserializeOwned>(state: &A, old: usize, slopes: impl Fn(usize) -> Slopes) -> B {
-    let (saved, numbers) = (saved(state), Finder::of(state).numbers);
-    let (mut bytes, mut start) = (Vec::with_capacity(2 * saved.len()), 0);
-    for (number, (place, _)) in numbers.iter().enumerate() {
-        let end = place + size_of::<f64>();
-        bytes.extend(&saved[start..end]);
-        slopes(number).iter().for_each(|slope| bytes.extend(slope.to_le_bytes()));
-        start = end + old;
+    Renewal::default().of(state, old, slopes)
+}
+
+/// Room for discrete states with other slopes: the next of a model takes no more memory.
+#[derive(Debug, Default)]
+pub struct Renewal {
+    finder: Finder,
+    saved: Vec<u8>,
+    renewed: Vec<u8>,
+}
+
+impl Renewal {
+    /// A discrete state of numbers with slopes as one with other slopes, by the places of the numbers.
+    #[cfg(feature = "sensitivities")]
+    pub fn reseeded<M: Serialize + DeserializeOwned>(&mut self, state: &M, slopes: impl Fn(usize) -> Slopes) -> M {
+        self.of(state, size_of::<Slopes>(), slopes)
     }
-    bytes.extend(&saved[start..]);
-    postcard::from_bytes(&bytes).expect("a discrete state of the same model")
+
+    fn of<A: Serialize, B: DeserializeOwned>(&mut self, state: &A, old: usize, slopes: impl Fn(usize) -> Slopes) -> B {
+        self.finder.find(state);
+        let mut saved = std::mem::take(&mut self.saved);
+        saved.clear();
+        self.saved = postcard::to_extend(state, saved).expect("a discrete state holds plain data");
+        self.renewed.clear();
+        let mut start = 0;
+        for (number, (place, _)) in self.finder.numbers.iter().enumerate() {
+            let end = place + size_of::<f64>();
+            self.renewed.extend(&self.saved[start..end]);
+            slopes(number).iter().for_each(|slope| self.renewed.extend(slope.to_le_bytes()));
+            start = end + old;
+        }
+        self.renewed.extend(&self.saved[start..]);
+        postcard::from_bytes(&self.renewed).expect("a discrete state of the same model")
+    }
+}
+
+/// A discrete state of numbers with slopes as one of numbers without them is saved.
+pub fn plain<M: Serialize>(state: &M) -> Vec<u8> {
+    let saved = postcard::to_allocvec(state).expect("a discrete state holds plain data");
+    let (mut start, mut plain) = (0, Vec::new());
+    for (place, _) in Finder::of(state).numbers {
+        let end = place + size_of::<f64>();
+        plain.extend(&saved[start..end]);
+        start = end + size_of::<Slopes>();
+    }
+    plain.extend(&saved[start..]);
+    plain
 }
 
 /// Whether two discrete states of numbers without slopes differ in nothing but these numbers.
 #[cfg(feature = "sensitivities")]
 pub fn are_alike<M: Serialize>(one: &M, other: &M) -> bool {
     let rest = |state: &M| {
-        let (saved, mut start, mut rest) = (saved(state), 0, Vec::new());
+        let saved = postcard::to_allocvec(state).expect("a discrete state holds plain data");
+        let (mut start, mut rest) = (0, Vec::new());
         for (place, _) in Finder::of(state).numbers {
             rest.push(saved[start..place].to_vec());
             start = place + size_of::<f64>();
@@ -66,10 +109,6 @@ pub fn are_alike<M: Serialize>(one: &M, other: &M) -> bool {
     rest(one) == rest(other)
 }
 
-fn saved<M: Serialize>(state: &M) -> Vec<u8> {
-    postcard::to_allocvec(state).expect("a discrete state holds plain data")
-}
-
 /// Counts bytes as postcard writes them, and notes where the numbers are.
 #[derive(Debug, Default)]
 struct Finder {
@@ -77,17 +116,35 @@ struct Finder {
     numbers: Vec<(usize, Kept)>,
     /// The numbers since the last one that is kept began.
     values: Vec<f64>,
-    /// The path to here.
-    path: Vec<String>,
+    /// The path to here, if names are asked for.
+    path: Option<Vec<String>>,
     /// Number of the next item of the innermost sequences.
     items: Vec<usize>,
 }
 
 impl Finder {
     fn of<M: Serialize>(state: &M) -> Self {
-        let mut finder = Self::default();
-        state.serialize(Walk(&mut finder)).expect("a discrete state holds plain data");
+        let mut finder = Self { path: Some(Vec::new()), ..Self::default() };
+        finder.find(state);
         finder
+    }
+
+    fn find<M: Serialize>(&mut self, state: &M) {
+        self.length = 0;
+        self.numbers.clear();
+        state.serialize(Walk(self)).expect("a discrete state holds plain data");
+    }
+
+    fn enter(&mut self, name: impl FnOnce() -> String) {
+        if let Some(path) = &mut self.path {
+            path.push(name());
+        }
+    }
+
+    fn leave(&mut self) {
+        if let Some(path) = &mut self.path {
+            path.pop();
+        }
     }
 
     /// In groups of seven bits.
@@ -113,7 +170,7 @@ impl Finder {
             *next += 1;
             *next
         });
-        self.path.push(format!("[{number}]"));
+        self.enter(|| format!("[{number}]"));
     }
 
     fn end_items(&mut self) {
@@ -126,16 +183,16 @@ struct Walk<'a>(&'a mut Finder);
 
 impl Walk<'_> {
     fn within<T: Serialize + ?Sized>(&mut self, name: &str, value: &T) -> Result<(), Never> {
-        self.0.path.push(name.to_owned());
+        self.0.enter(|| name.to_owned());
         value.serialize(Walk(self.0))?;
-        self.0.path.pop();
+        self.0.leave();
         Ok(())
     }
 
     fn item<T: Serialize + ?Sized>(&mut self, value: &T) -> Result<(), Never> {
         self.0.enter_item();
         value.serialize(Walk(self.0))?;
-        self.0.path.pop();
+        self.0.leave();
         Ok(())
     }
 }
@@ -265,7 +322,7 @@ impl<'a> Serializer for Walk<'a> {
         finder.values.clear();
         value.serialize(Walk(finder))?;
         let slopes = std::array::from_fn(|i| finder.values.get(1 + i).copied().unwrap_or_default());
-        let name = finder.path.join(".").replace(".[", "[");
+        let name = finder.path.as_ref().map_or_else(String::new, |path| path.join(".").replace(".[", "["));
         finder.numbers.push((place, Kept { name, slopes }));
         Ok(())
     }

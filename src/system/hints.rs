@@ -13,7 +13,7 @@ pub struct Hints {
     /// Whether something changes faster now than the error estimate of the explicit method can tell, such as a flow through a
     /// valve that opens within a step. The difference from the midpoint rule then counts, too.
     pub is_fast: bool,
-    /// Whether states are coupled as in a chain: in no [`GROUPS`](super::System::GROUPS), but most of them not at all. Matrices are
-    /// then inverted as a whole, and explicit steps are cheaper beside implicit ones.
+    /// Whether states are coupled as in a chain: most of them not at all. Matrices are then inverted as a whole, where zeros are
+    /// skipped, in place of by [`GROUPS`](super::System::GROUPS), and explicit steps are cheaper beside implicit ones.
     pub is_chain: bool,
 }

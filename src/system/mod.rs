@@ -3,6 +3,7 @@
 //! | item | contents |
 //! |---|---|
 //! | [`System`] | a model: its tables, start, rates, events, outputs, and hints for speed |
+//! | [`Part`], [`Holds`] | what has states, modes or samples of its own, and how a model holds it |
 //! | [`Event`], [`Indicator`], [`Sample`] | ends of modes, and samples: names, indicators, times |
 //! | [`Couplings`], [`LongestSteps`], [`ClosedForm`] | speed: zeros of the Jacobian, stable steps, closed forms |
 //! | [`Tables`] | the variables of a model |
@@ -17,6 +18,7 @@ mod indicators;
 mod jacobian;
 mod limits;
 mod longest_steps;
+mod part;
 mod sample;
 mod solving;
 mod state_index;
@@ -31,8 +33,8 @@ pub(crate) use self::couplings::bits;
 pub use self::couplings::{Couplings, Groups};
 pub use self::discrete_state::Kept;
 #[cfg(feature = "sensitivities")]
-pub(crate) use self::discrete_state::{are_alike, still};
-pub(crate) use self::discrete_state::{kept, varied};
+pub(crate) use self::discrete_state::{Renewal, are_alike, still};
+pub(crate) use self::discrete_state::{kept, plain, reseeded, varied};
 pub use self::event::Event;
 pub(crate) use self::event::assert_sound;
 #[doc(hidden)]
@@ -42,6 +44,7 @@ pub use self::indicators::{Indicator, IndicatorSet, UNUSED};
 pub(crate) use self::jacobian::{jacobian_by_couplings, jacobian_by_duals};
 pub use self::limits::Limits;
 pub use self::longest_steps::LongestSteps;
+pub use self::part::{Holder, Holds, NoPart, Part};
 pub use self::sample::Sample;
 pub use self::solving::{Counters, DEFAULT_TOLERANCE, Scheme, Tuning};
 pub use self::state_index::StateIndex;
@@ -82,8 +85,7 @@ pub trait System<const U: usize>: Clone + Send + 'static {
     /// Values of the event indicators, each in a fixed place: an array of as many as there are, `[S; 0]` for none.
     type Indicators<S: Varying>: IndicatorSet<S>;
 
-    /// The events, in the order of their indicators. A model whose parts have events says more in
-    /// [`indicator_list`](Self::indicator_list).
+    /// The events of the model itself, in the order of their indicators. Those of its [part](Self::parts) follow.
     const EVENTS: &'static [Event] = &[];
 
     /// Number of inputs of the table, of which the equations read the first `U`.
@@ -103,6 +105,12 @@ pub trait System<const U: usize>: Clone + Send + 'static {
 
     /// The parameters of the model itself.
     fn parameters(&self) -> &Self::Parameters;
+
+    /// What has states, modes or samples of its own in the model, such as a contact, or a row of contacts: the defaults below
+    /// ask it, too.
+    fn parts() -> impl Holds<Self, U> {
+        NoPart
+    }
 
     /// The states and the memory a run starts with, under inputs.
     fn start<S: Varying, const N: usize>(&self, u: &[S; U]) -> ([S; N], Self::Memory<S>);
@@ -129,7 +137,7 @@ pub trait System<const U: usize>: Clone + Send + 'static {
 
     /// Number of states under these parameters.
     fn states(&self) -> usize {
-        Self::State::OTHERS
+        Self::State::OTHERS + Self::parts().part(self).states()
     }
 
     /// The places among `n` of states that are compiled along, but that nothing uses under these parameters. They are left out
@@ -143,6 +151,7 @@ pub trait System<const U: usize>: Clone + Send + 'static {
     /// `relative tolerance * max(scale, |x|)`.
     fn scales<const N: usize>(&self) -> [f64; N] {
         let mut scales = [1.0; N];
+        Self::parts().part(self).write_scales(&mut scales);
         Self::State::ALL.iter().for_each(|state| scales[state.at(N)] = state.scale(self.parameters()));
         scales
     }
@@ -150,39 +159,62 @@ pub trait System<const U: usize>: Clone + Send + 'static {
     /// The index among `n` states of the one that a variable stands for, if it is integrated: with other parameters
     /// (another friction law, another rig) it may not be, and keeps its start value.
     fn state_at(&self, reference: u32, n: usize) -> Option<usize> {
-        Self::State::of(reference).map(|state| state.at(n))
+        let own = Self::State::of(reference).map(|state| state.at(n));
+        own.or_else(|| Self::parts().part(self).state_at(reference, n))
     }
 
     /// Descriptions of the indicators, in the order of their indices.
     fn indicator_list() -> Vec<Indicator> {
-        Self::EVENTS.iter().map(Event::indicator).collect()
+        Self::EVENTS.iter().map(Event::indicator).chain(Self::parts().indicator_list()).collect()
     }
 
     /// The event indicators: positive or zero while the present mode is valid, [`UNUSED`] where the mode has no use for them.
     fn indicators<S: Varying, const N: usize>(
         &self,
-        _time: S,
-        _x: &[S; N],
-        _u: &[S; U],
-        _memory: &Self::Memory<S>,
+        time: S,
+        x: &[S; N],
+        u: &[S; U],
+        memory: &Self::Memory<S>,
     ) -> Self::Indicators<S> {
-        Self::Indicators::unused()
+        let mut indicators = Self::Indicators::unused();
+        Self::parts().write_indicators(self, (time, x, u), memory, &mut indicators);
+        indicators
     }
 
     /// Handles the event in a place of the indicators, whose value fell below zero.
     fn switch<S: Varying, const N: usize>(
         &self,
-        _event: usize,
-        _time: S,
-        _x: &mut [S; N],
-        _u: &[S; U],
-        _memory: &mut Self::Memory<S>,
+        event: usize,
+        time: S,
+        x: &mut [S; N],
+        u: &[S; U],
+        memory: &mut Self::Memory<S>,
     ) {
+        if let Some(event) = event.checked_sub(Self::parts().events_before::<S>()) {
+            Self::parts().switch(self, event, (time, x, u), memory);
+        }
     }
 
     /// Name of the event in a place of the indicators, for messages.
     fn event_name(&self, event: usize) -> &'static str {
-        Self::EVENTS[event].name
+        match event.checked_sub(Self::parts().events_before::<Real>()) {
+            Some(event) => Self::parts().part(self).event_name(event),
+            None => Self::EVENTS[event].name,
+        }
+    }
+
+    /// Whether the limit of the event in a place of the indicators is a kink: the event leaves the states as they are, and the
+    /// derivatives are equal there in the modes on both sides, as where a spring without preload is touched. A motion that passes
+    /// such a limit has slopes even if it grazes it.
+    fn is_kink(&self, _event: usize) -> bool {
+        false
+    }
+
+    /// Whether two discrete states differ in numbers alone, and in modes whose limits are [kinks](Self::is_kink).
+    #[cfg(feature = "sensitivities")]
+    #[doc(hidden)]
+    fn are_alike<S: Varying>(&self, one: &Self::Memory<S>, other: &Self::Memory<S>) -> bool {
+        discrete_state::are_alike(one, other)
     }
 
     /// Descriptions of the kinks of the equations, in the order in which [`kinks`](Self::kinks) writes them: at most
@@ -198,19 +230,19 @@ pub trait System<const U: usize>: Clone + Send + 'static {
 
     /// Whether any mode can end: if not, nobody looks at the indicators.
     fn has_events(&self) -> bool {
-        !Self::Indicators::<Real>::unused().as_ref().is_empty()
+        Self::parts().events_before::<Real>() > 0 || Self::parts().part(self).has_events()
     }
 
     /// Lets the memory follow an accepted step, or a change of the inputs; must leave the indicators as they are. Returns
     /// whether the derivatives may have changed, apart from those that [`refresh`](Self::refresh) renews.
     fn follow<S: Varying, const N: usize>(
         &self,
-        _time: S,
-        _x: &[S; N],
-        _u: &[S; U],
-        _memory: &mut Self::Memory<S>,
+        time: S,
+        x: &[S; N],
+        u: &[S; U],
+        memory: &mut Self::Memory<S>,
     ) -> bool {
-        false
+        Self::parts().follow(self, (time, x, u), memory)
     }
 
     /// Takes notice of a communication step that begins at a time and lasts for a duration, both in s, with its states, its
@@ -227,18 +259,13 @@ pub trait System<const U: usize>: Clone + Send + 'static {
     }
 
     /// The next sample of a sampled part.
-    fn next_sample<S: Varying>(&self, _memory: &Self::Memory<S>) -> Sample<S> {
-        Sample::never()
+    fn next_sample<S: Varying>(&self, memory: &Self::Memory<S>) -> Sample<S> {
+        Self::parts().part(self).next_sample(Self::parts().memory(memory))
     }
 
     /// Takes the samples that are due at a time in s.
-    fn sample<S: Varying, const N: usize>(
-        &self,
-        _time: S,
-        _x: &mut [S; N],
-        _u: &[S; U],
-        _memory: &mut Self::Memory<S>,
-    ) {
+    fn sample<S: Varying, const N: usize>(&self, time: S, x: &mut [S; N], u: &[S; U], memory: &mut Self::Memory<S>) {
+        Self::parts().sample(self, (time, x, u), memory);
     }
 
     /// Names of the numbers of the memory that samples round, such as `sensors[1].reading`: they change in jumps, and have no
@@ -253,7 +280,7 @@ pub trait System<const U: usize>: Clone + Send + 'static {
 
     /// Longest step in s the solver may take.
     fn max_step(&self) -> f64 {
-        f64::INFINITY
+        Self::parts().part(self).max_step()
     }
 
     /// Whether the equations have a meaning at these states (positive pressures, for example).
@@ -269,17 +296,19 @@ pub trait System<const U: usize>: Clone + Send + 'static {
     /// it accepts may lie where the equations lose their meaning. All states that are admitted and that a run can come to lie
     /// between them.
     fn limits<const N: usize>(&self) -> [Limits; N] {
-        self.scales().map(Limits::of_magnitude)
+        let mut limits = self.scales().map(Limits::of_magnitude);
+        Self::parts().part(self).write_limits(&mut limits);
+        limits
     }
 
     /// The choice on which the equations depend most, for messages: the friction law, for example.
     fn variant(&self) -> &'static str {
-        ""
+        Self::parts().part(self).variant()
     }
 
     /// Whether the equations depend on time other than through the inputs.
     fn depends_on_time(&self) -> bool {
-        false
+        Self::parts().part(self).depends_on_time()
     }
 
     /// Whether an account of the conserved quantities is kept.
@@ -304,13 +333,13 @@ pub trait System<const U: usize>: Clone + Send + 'static {
     }
 
     /// Whether a memory, read from a saved state, can belong to this system.
-    fn fits<S: Varying>(&self, _memory: &Self::Memory<S>) -> bool {
-        true
+    fn fits<S: Varying>(&self, memory: &Self::Memory<S>) -> bool {
+        Self::parts().part(self).fits(Self::parts().memory(memory))
     }
 
     /// Warnings about the parameters and the inputs.
     fn notices(&self, _u: &[f64; U]) -> Notices {
-        Notices::default()
+        [Self::parts().part(self).notice(), None, None]
     }
 
     // Hints for speed. A model may leave all of it out: nothing here changes results, but for rounding and the error that
@@ -335,12 +364,20 @@ pub trait System<const U: usize>: Clone + Send + 'static {
     /// Number of states, the first ones, that follow the inputs alone, and have a closed form while these are held.
     const CLOSED_FORM: usize = 0;
 
-    /// A state that may relax within a step that is non-stiff otherwise; only in runs in which a friction law has states.
+    /// A state that may relax within a step that is non-stiff otherwise; only where there are more [states](Self::states) than
+    /// the model's own, as those of a friction law.
     const RELAXING: Option<StateIndex> = None;
 
-    /// A state at whose zeros the equations have most of their kinks: a velocity that bends bristles; only in runs in which a
-    /// friction law has states.
-    const TURNING: Option<StateIndex> = None;
+    /// The index among `n` states of one at whose zeros the equations have most of their kinks: a velocity that bends bristles.
+    fn turning(&self, _n: usize) -> Option<usize> {
+        None
+    }
+
+    /// The index among `n` states of one that counts what others do, such as a meter: no rate depends on it. Its error does not
+    /// change the steps, so that counting changes nothing else.
+    fn counting(&self, _n: usize) -> Option<usize> {
+        None
+    }
 
     /// The [derivatives](Self::derivatives), where the first [`CLOSED_FORM`](Self::CLOSED_FORM) may be missing: these states have a
     /// closed form, and their derivatives are not used.

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::variables::{ParameterSet, SOLVER, Variable, units};
+use crate::variables::{Condition, ParameterSet, SOLVER, Variable, units};
 use crate::{enumeration, parameters};
 
 enumeration! {
@@ -26,9 +26,10 @@ parameters! {
             .text("Integration scheme; all locate stick, slip and other events");
         relative_tolerance: f64 = Variable::parameter(1, "relativeTolerance", units::ONE, DEFAULT_TOLERANCE)
             .range(1e-12, 1e-2)
-            .text("Tolerance of the adaptive scheme; while at its default, a tolerance given by the host replaces it");
+            .text("Tolerance of the adaptive scheme, and of the location of events; while at its default, a tolerance given by the host replaces it");
         step: f64 = Variable::parameter(2, "step", units::SECOND, 1e-5)
-            .range(1e-9, 1.0)
+            .counts_where(Condition::is_not("scheme", &[Scheme::Adaptive]))
+            .range(1e-9, 1.0).plausible(1e-9, 5e-3)
             .text("Step size of the fixed-step schemes");
         max_steps: u64 = Variable::count(3, "maxStepsPerCommunicationStep", 0)
             .range(0.0, f64::from(i32::MAX))

@@ -11,6 +11,7 @@ pub enum StateIndex {
 
 impl StateIndex {
     /// Its index among `n` states.
+    #[inline(always)]
     pub const fn among(self, n: usize) -> usize {
         match self {
             Self::Front(before) => before,

@@ -16,7 +16,8 @@ fn parts(name: &str) -> Option<(&str, usize)> {
 }
 
 /// Number of elements of the array that begins with each variable: 1 without an array, 0 for further elements. On failure
-/// the first element that does not follow the others, or differs in more than name, value reference, text and start value.
+/// the first element that does not follow the others, or differs in more than name, value reference, text, start value and
+/// conditions.
 pub(super) fn lengths(variables: &[Variable]) -> (Vec<usize>, Option<&Variable>) {
     let mut lengths = vec![1; variables.len()];
     let (mut first, mut stray) = (0, None);
@@ -45,6 +46,7 @@ fn follows(variable: &Variable, first: &Variable, offset: usize) -> bool {
         reference: first.reference.saturating_add(offset as u32),
         description: variable.description.clone(),
         start: variable.start,
+        counts_where: variable.counts_where.clone(),
         ..first.clone()
     };
     element == *variable

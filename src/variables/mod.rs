@@ -2,10 +2,12 @@
 //! the documentation and the tests are made from it.
 
 mod array;
+mod condition;
 mod declare;
 mod enumeration;
 mod error;
 mod notice;
+mod plausible;
 mod setting;
 mod states;
 mod table;
@@ -16,13 +18,15 @@ mod values;
 use std::fmt;
 
 pub use array::array_name;
+pub use condition::{Condition, counted_by, idle_warning};
 pub use declare::{Declaration, Field, Fixed, ParameterSet, Tunable};
 #[doc(hidden)]
 pub use declare::{declared, refused};
 pub use enumeration::{Choice, Enumeration};
 pub use error::ParameterError;
 pub use notice::{Notice, Notices};
-pub(crate) use setting::find;
+pub use plausible::meant;
+pub use setting::find;
 pub use setting::{SettingError, Value};
 pub use states::StateSet;
 pub(crate) use table::SOLVER;
@@ -125,6 +129,8 @@ pub struct Variable {
     pub min: Option<f64>,
     /// Largest legal value.
     pub max: Option<f64>,
+    /// Range of the values that rigs have: beyond it a unit was forgotten, as a rule.
+    pub plausible: Option<[f64; 2]>,
     /// Order of magnitude.
     pub nominal: Option<f64>,
     /// Display unit to suggest, one of the unit's.
@@ -140,6 +146,8 @@ pub struct Variable {
     pub chooses: Option<Chosen>,
     /// The choice for which alone this parameter counts: the friction law, for parameters of a law.
     pub counts_for: Option<Case>,
+    /// Conditions that must all hold for it to have an effect; of a computed variable, to be anything but 0.
+    pub counts_where: Vec<Condition>,
     /// Meaning of a parameter, independent of its name.
     pub meaning: Option<Meaning>,
     /// Whether equations hold a parameter as a number that they can be differentiated by.
@@ -161,6 +169,7 @@ impl Variable {
             start: None,
             min: None,
             max: None,
+            plausible: None,
             nominal: None,
             display: None,
             derivative_of: None,
@@ -168,6 +177,7 @@ impl Variable {
             starts_from: Vec::new(),
             chooses: None,
             counts_for: None,
+            counts_where: Vec::new(),
             meaning: None,
             varies: true,
             absent_at_zero: false,
@@ -183,6 +193,23 @@ impl Variable {
     /// The same, for a parameter that counts only while an enumeration parameter has chosen an item.
     pub fn counts_for(self, reference: u32, item: i32) -> Self {
         Self { counts_for: Some(Case { reference, item }), ..self }
+    }
+
+    /// The same, for a variable that counts only while a condition holds, too.
+    pub fn counts_where(mut self, condition: Condition) -> Self {
+        self.counts_where.push(condition);
+        self
+    }
+
+    /// The same, for a variable that counts only while a parameter is not 0, or true.
+    pub fn counts_with(self, parameter: &str) -> Self {
+        self.counts_where(Condition::on(parameter))
+    }
+
+    /// The same without those conditions that are about parameters which a model does not have.
+    pub(crate) fn without_conditions_unless(mut self, has: impl Fn(&str) -> bool) -> Self {
+        self.counts_where.retain(|condition| condition.parameters().all(&has));
+        self
     }
 
     /// The independent variable, the first of every table.
@@ -236,6 +263,7 @@ impl Variable {
             chooses: Some(Chosen { reference, of }),
             meaning: self.meaning,
             counts_for: self.counts_for,
+            counts_where: self.counts_where.clone(),
             ..number
         };
         Some(number.range(0.0, largest.into()).text(&text))
@@ -343,12 +371,13 @@ impl Variable {
     }
 
     /// Puts the variable into a group: `group.name`, with its value reference and the reference of the choice for which it counts,
-    /// counted from `base`.
+    /// counted from `base`; its conditions are about parameters of the group.
     pub fn within(self, group: &str, base: u32) -> Self {
         let counts_for =
             self.counts_for.map(|case| Case { reference: base.saturating_add(case.reference), item: case.item });
         let (name, reference) = (format!("{group}.{}", self.name), base.saturating_add(self.reference));
-        Self { name, reference, counts_for, ..self }
+        let counts_where = self.counts_where.into_iter().map(|condition| condition.within(group)).collect();
+        Self { name, reference, counts_for, counts_where, ..self }
     }
 
     /// Whether the variable may be set at all.
@@ -359,6 +388,11 @@ impl Variable {
     /// Whether the variable is computed by the model.
     pub fn is_computed(&self) -> bool {
         matches!(self.role, Role::Output | Role::Local)
+    }
+
+    /// Whether it counts under conditions only.
+    pub fn is_conditional(&self) -> bool {
+        self.counts_for.is_some() || !self.counts_where.is_empty()
     }
 
     /// Whether this is the enumeration parameter of a case, and has its item.
@@ -376,10 +410,10 @@ impl Variable {
             return refuse(format_args!("it must be a finite number"));
         }
         if let Some(min) = self.min.filter(|min| value < *min) {
-            return refuse(format_args!("it must be at least {min}"));
+            return refuse(format_args!("it must be at least {min}{}", self.meant(value).unwrap_or_default()));
         }
         if let Some(max) = self.max.filter(|max| value > *max) {
-            return refuse(format_args!("it must be at most {max}"));
+            return refuse(format_args!("it must be at most {max}{}", self.meant(value).unwrap_or_default()));
         }
         if let Some(Chosen { of, .. }) = self.chooses
             && value != 0.0

@@ -20,4 +20,4 @@ impl fmt::Display for Notice {
 }
 
 /// The notices of a running model, each in a place of its own.
-pub type Notices = [Option<Notice>; 2];
+pub type Notices = [Option<Notice>; 3];

@@ -143,11 +143,21 @@ macro_rules! states {
             /// Number of states other than friction states.
             pub const OTHERS: usize = $from + Self::ALL.len();
 
+            /// Index in a vector of any length.
+            #[inline(always)]
+            pub const fn index(self) -> $crate::system::StateIndex {
+                let place = $from + self as usize;
+                if place < Self::FRICTION {
+                    $crate::system::StateIndex::Front(place)
+                } else {
+                    $crate::system::StateIndex::Back(Self::OTHERS - (place + 1))
+                }
+            }
+
             /// Index among `n` states.
             #[inline(always)]
             pub const fn at(self, n: usize) -> usize {
-                let place = $from + self as usize;
-                if place < Self::FRICTION { place } else { n - Self::OTHERS + place }
+                self.index().among(n)
             }
 
             /// Its value among all states.
@@ -220,7 +230,13 @@ macro_rules! states {
             /// Index among `n` states.
             #[inline(always)]
             pub const fn at(self, n: usize) -> usize {
-                n - Self::OTHERS + self.0
+                self.index().among(n)
+            }
+
+            /// Index in a vector of any length.
+            #[inline(always)]
+            pub const fn index(self) -> $crate::system::StateIndex {
+                $crate::system::StateIndex::Back(Self::OTHERS - (self.0 + 1))
             }
 
             /// Its value among all states.

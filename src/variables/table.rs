@@ -3,7 +3,7 @@
 use std::iter;
 use std::ops::Deref;
 
-use super::{Case, Enumeration, Kind, Meaning, ParameterError, Role, Tunable, Variable, array};
+use super::{Case, Condition, Enumeration, Kind, Meaning, ParameterError, Role, Tunable, Variable, array};
 use crate::numbers::{STILL, Slopes};
 
 /// The place of a value among the values of its kind, in the order of the table.
@@ -57,7 +57,8 @@ pub(crate) const SOLVER: &str = "solver";
 const LARGEST: u32 = 10_000_000;
 
 impl Table {
-    /// The table of a model; behind the variables given come the Integers that can choose for its enumerations.
+    /// The table of a model; behind the variables given come the Integers that can choose for its enumerations. Descriptions
+    /// end with the conditions under which a variable counts.
     ///
     /// If two variables have the same name or value reference, one refers to a variable that is not there, or elements of an array
     /// do not follow each other, the table has a [`problem`](Self::problem).
@@ -136,6 +137,15 @@ impl Table {
                 problem.get_or_insert_with(|| about(variable, &reason));
             }
         }
+        let known = |name: &str| by_name.binary_search_by_key(&name, |index| variables[*index].name.as_str()).ok();
+        for variable in &variables {
+            let about_what = variable.counts_where.iter().flat_map(Condition::parameters);
+            let is_parameter = |name: &str| known(name).is_some_and(|place| variables[by_name[place]].is_parameter());
+            if let Some(lost) = about_what.into_iter().find(|name| !is_parameter(name)) {
+                let reason = format!("no parameter has the name {lost}, on which depends whether it counts");
+                problem.get_or_insert_with(|| about(variable, &reason));
+            }
+        }
         let derivatives = variables.iter().filter_map(|variable| Some((variable, variable.derivative_of?)));
         for (number, (variable, state)) in derivatives.enumerate() {
             let is = |other: &Variable| other.reference == state;
@@ -151,6 +161,11 @@ impl Table {
         let (lengths, stray) = array::lengths(&variables);
         if let Some(stray) = stray {
             problem.get_or_insert_with(|| about(stray, "it does not follow the other elements of its array"));
+        }
+        let find = |name: &str| Some(&variables[by_name[known(name)?]]);
+        let sentences: Vec<_> = variables.iter().map(|variable| Self::sentence(variable, find)).collect();
+        for (variable, sentence) in variables.iter_mut().zip(sentences) {
+            variable.description.extend(sentence.iter().flat_map(|sentence| [". ", sentence]));
         }
         let variables = variables.into_boxed_slice();
         Self { variables, places, states, numbered, lengths, by_name, by_reference, problem }

@@ -4,7 +4,7 @@
 
 use pneumatic_servo::co_simulation::Simulation;
 use pneumatic_servo::model::{Model, Seeds, Setup, Start};
-use pneumatic_servo::variables::{Kind, Variable};
+use pneumatic_servo::variables::{Kind, ParameterError, Variable};
 
 /// Values chosen or changed together.
 pub type Changes = Vec<(&'static str, f64)>;
@@ -120,7 +120,7 @@ fn rigs_of_one_law(model: &Model) -> Vec<Changes> {
             ("motion", 2.0),
             ("coupling.compliance", 1e-5),
             ("coupling.damping", 50.0),
-            ("velocity0", 0.1),
+            ("imposedVelocity", 0.1),
             ("sensor.force.lag", 0.01),
         ],
         // Led against an end stop, in a cylinder with much space behind.
@@ -169,7 +169,15 @@ pub fn setup(model: &'static Model, changes: &Changes) -> Setup {
 }
 
 /// A model started with changes, with its parameters and inputs.
-pub fn start(model: &Model, changes: &Changes) -> (Box<dyn Simulation>, Vec<f64>, Vec<f64>) {
+pub fn start(model: &Model, changes: &Changes) -> Started {
+    try_start(model, changes).unwrap_or_else(|error| panic!("{} {changes:?}: {error}", model.name))
+}
+
+/// A simulation, its parameters and its inputs.
+pub type Started = (Box<dyn Simulation>, Vec<f64>, Vec<f64>);
+
+/// The same, or why the model refuses to start.
+pub fn try_start(model: &Model, changes: &Changes) -> Result<Started, ParameterError> {
     let table = model.table();
     let start = |variable: &Variable| match changes.iter().find(|(name, _)| *name == variable.name) {
         Some((_, value)) => *value,
@@ -178,7 +186,5 @@ pub fn start(model: &Model, changes: &Changes) -> (Box<dyn Simulation>, Vec<f64>
     let parameters: Vec<f64> = table.parameters().map(start).collect();
     let inputs: Vec<f64> = table.inputs().map(start).collect();
     let start = Start { time: 0.0, parameters: &parameters, inputs: &inputs, tolerance: None, seeds: Seeds::NONE };
-    let simulation =
-        (model.functions.start)(&start).unwrap_or_else(|error| panic!("{} {changes:?}: {error}", model.name));
-    (simulation, parameters, inputs)
+    Ok(((model.functions.start)(&start)?, parameters, inputs))
 }

@@ -17,6 +17,9 @@ const FLAGS = [
   "--disable-sync",
 ];
 
+/** In ms: how long a test waits for what must come. It says that something hangs, not that a machine is slow. */
+export const PATIENCE = 600_000;
+
 /** The pages on which something runs. */
 export const VIEWS = ["stick-slip", "two-laws", "presliding", "closed-loop"];
 
@@ -25,6 +28,7 @@ export const launch = () => chromium.launch({ executablePath: process.env.CHROMI
 /** Opens the page at a query and a fragment; `close` fails if there was an error in the console or a request left the page. */
 export async function open(browser, fragment = "", options = {}) {
   const context = await browser.newContext({ viewport: { width: 1280, height: 900 }, ...options });
+  context.setDefaultTimeout(PATIENCE);
   const page = await context.newPage();
   if (options.language) {
     await page.addInitScript((language) => Object.defineProperty(navigator, "language", { value: language, configurable: true }), options.language);
@@ -58,9 +62,14 @@ export async function download(page, button) {
   return { name: file.suggestedFilename(), text: await readFile(await file.path(), "utf8") };
 }
 
+/** Waits until a number of seconds is simulated. */
+export async function reached(page, seconds) {
+  const isReached = (end) => Number(document.querySelector("[data-status]").dataset.time) >= end;
+  await page.waitForFunction(isReached, seconds);
+}
+
 /** Waits until a number of seconds is simulated, and pauses. */
 export async function runFor(page, seconds) {
-  const reached = (end) => Number(document.querySelector("[data-status]").dataset.time) >= end;
-  await page.waitForFunction(reached, seconds, { timeout: 120_000 });
+  await reached(page, seconds);
   await page.getByRole("button", { name: "Pause" }).click();
 }

@@ -3,6 +3,16 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 import { part } from "./part.mjs";
 
+/** The units of the library that these tests need. */
+const unit = (name, si, factor, offset = 0, offsetAboveAmbient = offset) => ({ name, si, factor, offset, offsetAboveAmbient });
+const TABLES = {
+  units: { m: { display: [{ name: "mm", factor: 1e3, offset: 0 }] }, Pa: { display: [{ name: "bar", factor: 1e-5, offset: 0 }] }, K: { display: [{ name: "degC", factor: 1, offset: -273.15 }] } },
+  written: [
+    ...[unit("m", "m", 1), unit("um", "m", 1e-6), unit("mm", "m", 1e-3), unit("s", "s", 1), unit("V", "V", 1), unit("degC", "K", 1, 273.15)],
+    ...[unit("Pa", "Pa", 1), unit("bar", "Pa", 1e5), unit("barg", "Pa", 1e5, 101_325, 0), unit("bara", "Pa", 1e5, 0, -101_325)],
+  ],
+  spellings: { parts: [[" ", ""], ["\u00b5", "u"], ["(g)", "g"]], whole: [["sec", "s"]] },
+};
 const isUnit = (text) => ["s", "ms", "m", "mm", "bar", "Pa", "V", "N"].includes(text);
 const near = (found, expected, within) => assert.ok(Math.abs(found - expected) <= within, `${found} is not ${expected}`);
 
@@ -59,15 +69,10 @@ test("what is wrong with a table is named by line and column", async () => {
 });
 
 test("values are turned into SI units, as exactly as they are written", async () => {
-  const { toSi, unitsOf, plain } = await part("fit/units");
-  const tables = {
-    units: {
-      m: { display: [{ name: "mm", factor: 1e3, offset: 0 }] },
-      Pa: { display: [{ name: "bar", factor: 1e-5, offset: 0 }] },
-      K: { display: [{ name: "degC", factor: 1, offset: -273.15 }] },
-    },
-  };
-  const si = (value, unit, of, turned = false) => toSi(Float64Array.of(value), unitsOf(tables, of).get(unit), turned)[0];
+  const { toSi, unitsOf, plain, typedAs } = await part("units");
+  const { scaleOf } = await part("fit/columns");
+  const { typed } = await part("typed");
+  const si = (value, unit, of, turned = false) => toSi(Float64Array.of(value), unitsOf(TABLES, of).get(unit), turned)[0];
   assert.equal(si(250, "mm", "m"), 0.25);
   assert.equal(si(250.061, "mm", "m"), 250.061 / 1000);
   assert.equal(si(3, "um", "m"), 3 / 1e6);
@@ -75,14 +80,22 @@ test("values are turned into SI units, as exactly as they are written", async ()
   assert.equal(si(1, "barg", "Pa"), 201_325);
   assert.equal(si(20, "degC", "K"), 293.15);
   assert.equal(si(2, "m", "m", true), -2);
-  assert.equal(plain(" \u00b5m"), "um");
-  assert.deepEqual([...unitsOf(tables, "m").keys()].slice(0, 2), ["m", "mm"]);
+  const own = (text) => plain(TABLES.spellings, text);
+  assert.deepEqual([own(" \u00b5m"), own("sec")], ["um", "s"]);
+  assert.deepEqual([...unitsOf(TABLES, "m").keys()].slice(0, 2), ["m", "mm"]);
+  // `pressure` of a bench counts above ambient.
+  const above = (name) => scaleOf("pressure", unitsOf(TABLES, "Pa").get(name)).offset;
+  assert.deepEqual([above("bar"), above("barg"), above("bara")], [0, 0, -101_325]);
+  const bar = { name: "bar", factor: 1e-5, offset: 0 };
+  for (const [text, value] of [["6 barg", 7.01325], ["6 bar (g)", 7.01325], ["600000 Pa", 6], ["6", 6]]) {
+    near(typed(text, "bar", typedAs(TABLES, "Pa", bar), own), value, 1e-12);
+  }
+  near(typed("20 degC", "K", typedAs(TABLES, "K", { name: "K", factor: 1, offset: 0 })), 293.15, 1e-12);
 });
 
 test("names of columns tell what they are, and none is taken twice", async () => {
   const { proposed, signalsOf } = await part("fit/columns");
   const { TAKEN } = await part("fit/signals");
-  const tables = { units: { m: { display: [{ name: "mm", factor: 1e3, offset: 0 }] }, s: { display: [] }, V: { display: [] }, Pa: { display: [] }, N: { display: [] }, "m/s": { display: [] } } };
   const table = (names, units, ...columns) => ({
     file: "rig.csv",
     names,
@@ -92,16 +105,16 @@ test("names of columns tell what they are, and none is taken twice", async () =>
     first: 1,
   });
   const rig = table(["t", "x_mm", "u", "position", "p1"], [null, null, null, "mm", "bogus"], [0, 1, 2], [1, 2, 3], [0, 0, 0], [7, 8, 9], [1, 1, 1]);
-  const columns = proposed(tables, rig, TAKEN.rig);
+  const columns = proposed(TABLES, rig, TAKEN.rig);
   assert.deepEqual([...columns].map(([signal, { place, unit }]) => [signal, place, unit]).sort(), [
     ["chamberA.pressure", 4, "Pa"],
     ["position", 3, "mm"],
     ["time", 0, "s"],
     ["valveVoltage", 2, "V"],
   ]);
-  assert.deepEqual(Array.from(signalsOf(tables, rig, columns).get("position")), [0.007, 0.008, 0.009]);
+  assert.deepEqual(Array.from(signalsOf(TABLES, rig, columns).get("position")), [0.007, 0.008, 0.009]);
   const back = table(["t", "x"], [null, null], [0, 1, 1], [1, 2, 3]);
-  assert.throws(() => signalsOf(tables, back, proposed(tables, back, TAKEN.rig)), {
+  assert.throws(() => signalsOf(TABLES, back, proposed(TABLES, back, TAKEN.rig)), {
     message: "rig.csv:5, column t: time must rise, but 1 s follows 1 s",
   });
 });
@@ -109,10 +122,8 @@ test("names of columns tell what they are, and none is taken twice", async () =>
 test("headers as recorders write them are recognised", async () => {
   const { proposed } = await part("fit/columns");
   const { TAKEN } = await part("fit/signals");
-  const display = (name, factor) => ({ display: [{ name, factor, offset: 0 }] });
-  const tables = { units: { m: display("mm", 1e3), Pa: display("bar", 1e-5), s: { display: [] }, V: { display: [] }, N: { display: [] }, "m/s": { display: [] } } };
   const of = (names, units) => {
-    const columns = proposed(tables, { file: "rig.csv", names, units, columns: [], lines: Int32Array.of(), first: 1 }, TAKEN.rig);
+    const columns = proposed(TABLES, { file: "rig.csv", names, units, columns: [], lines: Int32Array.of(), first: 1 }, TAKEN.rig);
     return Object.fromEntries([...columns].map(([signal, { place, unit }]) => [signal, `${place} ${unit}`]));
   };
   const expected = { time: "0 s", valveVoltage: "1 V", position: "2 mm", "chamberA.pressure": "3 bar", "chamberB.pressure": "4 bar" };

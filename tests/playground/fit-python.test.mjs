@@ -95,7 +95,7 @@ for (const { title, file, text, link, play } of FITS) {
     await drop(page, file, content);
     await page.waitForSelector("table.columns");
     if (play !== undefined) {
-      await page.getByText("How the data are used").click();
+      await page.getByText("Options of the fit").click();
       await page.getByLabel("Play", { exact: true }).fill(play);
       await page.getByLabel("Play", { exact: true }).press("Enter");
     }

@@ -5,7 +5,7 @@ import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
 import { download, launch, open } from "./browser.mjs";
-import { button, CYLINDER, drop, fitted, FREE, LINK, PATIENCE, RIG } from "./fits.mjs";
+import { button, CYLINDER, drop, fitted, FREE, LINK, RIG } from "./fits.mjs";
 
 let browser;
 before(async () => (browser = await launch()));
@@ -113,7 +113,7 @@ test("a bench is fitted: the friction that its force was made with comes out", a
   assert.equal(await page.getByLabel("Unit of position").isDisabled(), false, "and may be wrong");
   const law = await page.getByLabel("Law", { exact: true }).evaluate((select) => select.selectedOptions[0].textContent);
   assert.match(law, /^Coulomb:/);
-  await page.getByText("How the data are used").click();
+  await page.getByText("Options of the fit").click();
   await page.getByLabel("Play", { exact: true }).fill("0");
   await page.getByLabel("Play", { exact: true }).press("Enter");
   const found = await fitted(page);
@@ -150,7 +150,7 @@ test("what cannot be simulated is told in the words of the library", async () =>
   await page.waitForSelector("table.columns");
   await page.getByLabel("Unit of position").selectOption("m");
   await button(page).click();
-  await page.waitForSelector("[data-problem]", PATIENCE);
+  await page.waitForSelector("[data-problem]");
   const problem = await page.locator("[data-problem]").textContent();
   assert.match(problem, /^the start values cannot be simulated: position0 = 250\.\d+ is refused/);
   await close();
@@ -180,9 +180,9 @@ test("a million rows are read and fitted beside a page that goes on, and the fit
   const { page, close } = await open(browser, LINK);
   await watchFrames(page);
   await page.getByLabel("Open a table").setInputFiles(file);
-  await page.getByText("1000000 rows").waitFor(PATIENCE);
+  await page.getByText("1000000 rows").waitFor();
   await button(page).click();
-  await page.waitForFunction(() => /run [1-9]/.test(document.querySelector("[data-progress]")?.textContent ?? ""), null, PATIENCE);
+  await page.waitForFunction(() => /run [1-9]/.test(document.querySelector("[data-progress]")?.textContent ?? ""));
   const shares = new Set();
   for (let look = 0; look < 5; look += 1) {
     shares.add(await page.locator("progress").evaluate((bar) => bar.value));
@@ -221,7 +221,7 @@ test("the fit is reached by keys, and fits on a screen of 400 pixels in light an
     await page.waitForSelector("table.columns");
     await button(page).focus();
     await page.keyboard.press("Enter");
-    await page.waitForSelector("[data-result]", PATIENCE);
+    await page.waitForSelector("[data-result]");
     assert.ok((await page.evaluate(() => document.documentElement.scrollWidth)) <= 400);
     await close();
   }

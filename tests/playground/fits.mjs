@@ -1,9 +1,6 @@
 // Steps of a visitor's fit.
 import assert from "node:assert/strict";
 
-/** A loaded machine with a browser on two cores needs its time. */
-export const PATIENCE = { timeout: 240_000 };
-
 export const CYLINDER = "PneumaticServoCylinder";
 export const RIG = new URL("../../examples/rig.csv", import.meta.url);
 /** Estimated parameters of the rig in the documentation. */
@@ -29,7 +26,7 @@ export const button = (page) => page.getByRole("button", { name: "Fit or cancel"
 /** Starts the fit; returns values and intervals by name. */
 export async function fitted(page) {
   await button(page).click();
-  await page.waitForSelector("[data-result], [data-problem]", PATIENCE);
+  await page.waitForSelector("[data-result], [data-problem]");
   assert.deepEqual(await page.locator("[data-problem]").allTextContents(), []);
   const rows = await page.locator("tr[data-name]").evaluateAll((all) => all.map(({ dataset }) => ({ ...dataset })));
   return new Map(rows.map(({ name, value, low, high }) => [name, { value: Number(value), low: Number(low), high: Number(high) }]));

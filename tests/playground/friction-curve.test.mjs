@@ -11,6 +11,7 @@ after(() => browser.close());
 
 const CYLINDER = "PneumaticServoCylinder";
 const FILE = "friction.csv";
+const PLACE = ".drop:has([aria-label='Open measured friction'])";
 
 /** Both directions, in any order, with decimal commas and units of their own. */
 const FEW = "Recorder 7;serial 12\nGeschwindigkeit [mm/s];Reibung (N)\n200;14,5\n20;9\n0;11\n100;10,25\n-10;-12\n-50;-9,5\n-250;-16\n";
@@ -30,7 +31,7 @@ const told = (page) => page.locator("[data-curve-problem]").textContent();
 /** Drops a table, and waits until it is taken or refused. */
 async function take(page, text) {
   const before = await Promise.all([shown(page), told(page)]);
-  await drop(page, FILE, text);
+  await drop(page, FILE, text, PLACE);
   await page.waitForFunction(
     ([curve, problem]) =>
       document.querySelector("[data-curve]").textContent !== curve || document.querySelector("[data-curve-problem]").textContent !== problem,
@@ -107,7 +108,7 @@ test("a table that is no curve is refused in the words of Python, and changes no
     ["v,F\n0,11\n0.1\n", /friction\.csv:3: 1 values, but the header has 2 columns/],
     ["t,F\n0,11\n0.1,9\n", /has the columns t, F: one of them must be velocity/],
     ["v,F,friction\n0,11,11\n0.1,9,9\n", /has 2 columns of force, F, friction/],
-    ["v,F [kg]\n0,11\n0.1,9\n", /friction\.csv:1, column 2 \(F\): the unit kg is refused; it must be one of N, kN, mN, lbf/],
+    ["v,F [kg]\n0,11\n0.1,9\n", /friction\.csv:1, column 2 \(F\): the unit kg is refused; it must be one of N, daN, kN, mN, lbf/],
     ["v,F\n0.1,11\n0.1,9\n", /friction\.csv:2: the friction outwards has one velocity, 0\.1 m\/s: a curve needs two/],
     ["v,F\n0,11\n0.1,9\n-0.1,-9\n0.2,-4\n", /friction\.csv:5: the friction outwards, -4 N at 0\.2 m\/s, drives/],
   ]) {

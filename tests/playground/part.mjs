@@ -2,7 +2,7 @@
 import { createRequire } from "node:module";
 import { fileURLToPath } from "node:url";
 
-const SOURCES = new URL("../../playground/", import.meta.url);
+const SOURCES = new URL("../../web/playground/", import.meta.url);
 const { buildSync } = createRequire(new URL("package.json", SOURCES))("esbuild");
 
 export async function part(name) {

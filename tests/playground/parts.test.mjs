@@ -67,6 +67,16 @@ test("numbers are read as people type them", async () => {
   for (const [text, message] of [["abc", /“abc” is no number/], ["", /“” is no number/], ["6 psi", /psi does not fit, its unit is Pa or bar/], ["1,000.5", /does not fit/], ["1e999", /too large/]]) {
     assert.throws(() => typed(text, "Pa", bar), message, text);
   }
+  // 600 kPa are meant, not 600 bar.
+  const plausible = { largest: 100, range: "1.5 to 10 bar" };
+  const wrong = /“600” has no unit and would be 600 bar, far beyond 1\.5 to 10 bar: write the unit, say 600 bar/;
+  assert.throws(() => typed("600", "bar", [], undefined, plausible), wrong);
+  assert.deepEqual(["600 bar", "60"].map((text) => typed(text, "bar", [], undefined, plausible)), [600, 60]);
+});
+
+test("a refusal writes a number of very many digits short", async () => {
+  const { Refusal } = await part("library");
+  assert.equal(new Refusal(`valve.C = 1${"0".repeat(99)} is refused: it must be at most 0.001`).message, "valve.C = 1e+99 is refused: it must be at most 0.001");
 });
 
 test("sticking, break-away and end stop are found in a recording, and a path has a gap where the velocity jumps", async () => {

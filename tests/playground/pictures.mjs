@@ -14,7 +14,7 @@ for (const view of VIEWS) {
   for (const [suffix, options] of LOOKS) {
     const { page, close } = await open(browser, `#view=${view}`, options);
     const reached = (end) => Number(document.querySelector("[data-status]")?.dataset.time ?? end) >= end;
-    await page.waitForFunction(reached, INSTANT, { timeout: 120_000 });
+    await page.waitForFunction(reached, INSTANT);
     await page.keyboard.press("Space");
     await page.waitForTimeout(400);
     await page.screenshot({ path: `${folder}/${view}${suffix}.png` });

@@ -169,7 +169,7 @@ test("a bad value is refused in the words of the library, and the run goes on", 
   assert.match(await problem.textContent(), /“nonsense” is no number/);
   await field.fill("20 kg");
   await field.press("Enter");
-  assert.match(await problem.textContent(), /kg does not fit, its unit is m or mm/);
+  assert.match(await problem.textContent(), /kg does not fit, its unit is m, mm,.* or ft/);
   await field.fill("25 mm");
   await field.press("Enter");
   assert.equal((await fragment(page)).get(`${CYLINDER}.cylinder.bore`), "0.025");
@@ -211,7 +211,7 @@ test("a link restores what was set", async () => {
 });
 
 test("a link with a value that the library refuses says so", async () => {
-  const { page, close } = await open(browser, `#view=stick-slip&${CYLINDER}.cylinder.rod=0.02&nonsense=1`);
+  const { page, close } = await open(browser, `#view=stick-slip&${CYLINDER}.cylinder.rod=0.02&nonsense=word`);
   const problem = await page.locator("#problem").textContent();
   assert.match(problem, /cylinder\.rod = 0\.02 is refused/);
   assert.match(problem, /there is no variable nonsense/);
@@ -261,10 +261,24 @@ test("values are typed beside a slider, with a decimal comma too, and a bad one 
   await mass.fill("500 g");
   await mass.press("Enter");
   assert.match(await problem.textContent(), /“500 g”: .*mass\.moving = 0\.5/);
+  await mass.fill("1");
+  await mass.press("Enter");
   const supply = page.getByLabel("Supply, value");
   await supply.fill("6,5");
   await supply.press("Enter");
   assert.equal(await supply.inputValue(), "6.5 bar");
+  for (const [text, shown] of [["6 barg", "7.01325 bar"], ["87 psi", "5.99844 bar"], ["0.6 MPa", "6 bar"]]) {
+    await supply.fill(text);
+    await supply.press("Enter");
+    assert.equal(await supply.inputValue(), shown, text);
+  }
+  await supply.fill("600");
+  await supply.press("Enter");
+  assert.match(await problem.textContent(), /“600” has no unit and would be 600 bar/);
+  const load = page.getByLabel("External force, value");
+  await load.fill("0.002 kN");
+  await load.press("Enter");
+  assert.equal(await load.inputValue(), "2 N");
   await supply.fill("700000 Pa");
   await supply.press("Enter");
   assert.equal((await fragment(page)).get(`${CYLINDER}.supplyPressure`), "700000");
@@ -323,8 +337,9 @@ test("a run is kept behind the next one, a range of time is enlarged, and the po
 test("the charts are a drawing that scales", async () => {
   const { page, close } = await open(browser, "#view=two-laws");
   await runFor(page, 0.5);
+  assert.match(await page.locator(".chart").first().getAttribute("aria-description"), /^From 0 to [\d.]+ s: first law from 250 to [\d.]+ mm, between/);
   const { name, text } = await download(page, "SVG");
-  assert.equal(name, "two-laws.svg");
+  assert.match(name, /^two-laws-.*\.svg$/);
   const found = await page.evaluate((svg) => {
     const drawn = new DOMParser().parseFromString(svg, "image/svg+xml");
     return { failed: drawn.querySelectorAll("parsererror").length, texts: [...drawn.querySelectorAll("text")].map((one) => one.textContent), lines: drawn.querySelectorAll("polyline").length };
@@ -338,7 +353,7 @@ test("the charts are a drawing that scales", async () => {
 /** Message of the page once a race is over. */
 async function raceOver(page) {
   const over = () => /wins?\. You: .* PID: /.test(document.querySelector("output.verdict").textContent);
-  await page.waitForFunction(over, null, { timeout: 60_000 });
+  await page.waitForFunction(over);
   return page.locator("output.verdict").textContent();
 }
 
@@ -387,7 +402,7 @@ test("a program of a link runs when it is told to, touches no network, and is sa
   ]) {
     await page.getByLabel("Your program").fill(wrong);
     await page.getByRole("button", { name: "Race", exact: true }).click();
-    await page.waitForFunction(() => document.querySelector("output.verdict").textContent !== "The program runs", null, { timeout: 30_000 });
+    await page.waitForFunction(() => document.querySelector("output.verdict").textContent !== "The program runs");
     assert.match(await page.locator("output.verdict").textContent(), problem);
   }
   // A worker within a loop ends after some time.
@@ -452,8 +467,7 @@ test("gains are tuned while the loop runs", async () => {
   assert.equal((await status(page)).time, time, "the run does not restart");
   assert.equal((await fragment(page)).get("PositionController.gain.position"), "30");
   const { text } = await download(page, "Python");
-  assert.match(text, /^# Something was changed under way/);
-  assert.match(text, /"gain.position": 30,/);
+  assert.match(text, /controller_changes = \{\n    \d+: \{\n        "gain.position": 30,/);
   await close();
 });
 
@@ -461,7 +475,7 @@ test("the files repeat the setting for the FMU and for Python", async () => {
   const { page, close } = await open(browser, `#view=stick-slip&${CYLINDER}.friction.law=14&${CYLINDER}.supplyPressure=600000`);
   await runFor(page, 0.05);
   const { name, text } = await download(page, "SSV");
-  assert.equal(name, "stick-slip.ssv");
+  assert.match(name, /^stick-slip-.*\.ssv$/);
   assert.match(text, /<ssv:Parameter name="friction.law">\s*<ssv:Enumeration value="LuGre"\/>/);
   assert.match(text, /<ssv:Real value="600000.0" unit="Pa"\/>/);
   assert.match(text, /<ssc:BaseUnit kg="1" m="-1" s="-2"\/>/);
@@ -486,6 +500,10 @@ test("light and dark are chosen by a button", async () => {
   await page.locator("#theme").click();
   assert.notEqual(await back(), light);
   assert.equal(await page.locator("#theme").textContent(), "Light");
+  const dark = await back();
+  await page.reload();
+  await page.waitForSelector("html[data-ready]");
+  assert.equal(await back(), dark, "the choice outlasts a reload");
   await close();
 });
 
@@ -526,7 +544,7 @@ test("in the frame of another page only the plant shows, in its colours", async 
   const { page, close } = await open(browser, "?embed&theme=dark", { colorScheme: "light", viewport: { width: 400, height: 800 } });
   await runFor(page, 0.1);
   const isShown = (selector) => page.locator(selector).first().isVisible();
-  for (const hidden of ["header", "aside", "footer", ".chart:nth-child(2)"]) assert.equal(await isShown(hidden), false, hidden);
+  for (const hidden of ["header", ".strip", "aside", "footer", ".others .chart"]) assert.equal(await isShown(hidden), false, hidden);
   for (const shown of [".cylinder", ".transport", ".signal-editor", ".chart"]) assert.equal(await isShown(shown), true, shown);
   assert.ok((await page.evaluate(() => document.documentElement.scrollWidth)) <= 400);
   const back = () => page.evaluate(() => getComputedStyle(document.body).backgroundColor);

@@ -30,6 +30,12 @@ def ssp(fmu: Path) -> Path:
 
 
 @pytest.fixture(scope="module")
+def second(ssp: Path) -> Path:
+    """By SSP 2.0, of the FMUs for FMI 3.0."""
+    return ssp.parent / "fmi3" / ssp.name
+
+
+@pytest.fixture(scope="module")
 def unpacked(ssp: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The SSP with the description for hosts that know components alone as its only one."""
     folder = tmp_path_factory.mktemp("ssp")
@@ -48,18 +54,44 @@ def test_files_obey_the_schemas(ssp: Path) -> None:
 VARIANTS = ["Components", "ComponentsLubricated", "SystemStructure"]
 
 
-def test_another_implementation_reads_every_description_and_set(ssp: Path) -> None:
-    """pyssp-standard has schemas and rules for connections of its own."""
-    with SSP(ssp, mode="r") as archive:
+@pytest.mark.parametrize("version", ["1.0", "2.0"])
+def test_another_implementation_reads_every_description_and_set(ssp: Path, second: Path, version: str) -> None:
+    """pyssp-standard has schemas and rules for connections of its own, those of SSP 2.0 too."""
+    with SSP(ssp if version == "1.0" else second, mode="r") as archive:
         assert sorted(archive.variants) == VARIANTS
         for variant in VARIANTS:
             with archive.variants[variant] as ssd:
+                assert ssd.version == version
                 ssd.__check_compliance__()
                 assert len(ssd.system.elements) == 2
         assert len(archive.ssv) == 2
         for ssv in archive.ssv:
             with ssv as values:
+                assert values.version == version
                 values.__check_compliance__()
+
+
+def test_both_versions_state_the_same_system(ssp: Path, second: Path) -> None:
+    """SSP 2.0 keeps the namespaces; its types of connectors and values are those of FMI 3.0, and so are the FMUs."""
+
+    def stated(archive: zipfile.ZipFile, name: str) -> list[tuple[str, dict[str, str]]]:
+        of_the_version = {"version", "generationDateAndTime"}
+        return [
+            (element.tag, {key: value for key, value in element.attrib.items() if key not in of_the_version})
+            for element in ElementTree.fromstring(archive.read(name)).iter()
+        ]
+
+    def renamed(tag: str) -> str:
+        namespace, name = tag.split("}")
+        return f"{namespace}}}{ {'Real': 'Float64', 'Integer': 'Int32'}.get(name, name) }"
+
+    with zipfile.ZipFile(ssp) as one, zipfile.ZipFile(second) as two:
+        assert one.namelist() == two.namelist()
+        for name in one.namelist():
+            if name.endswith((".ssd", ".ssv")):
+                assert [(renamed(tag), values) for tag, values in stated(one, name)] == stated(two, name), name
+            elif name.endswith(".fmu"):
+                assert two.read(name) == (second.parent / Path(name).name).read_bytes()
 
 
 def test_descriptions_have_different_names_and_bind_one_set_each(ssp: Path) -> None:

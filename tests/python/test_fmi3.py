@@ -138,3 +138,11 @@ def test_terminals_name_variables_and_icons_are_there(fmu3: Path, description3: 
     assert {name for members in terminals.values() for name in members.values()} <= {
         variable.name for variable in description3.modelVariables
     }
+
+
+def test_types_have_no_description(fmus: Path) -> None:
+    """FMPy 0.3.19 and 0.3.20, which other tools depend on, raise a TypeError for a type that has one."""
+    for fmu in sorted((fmus / "fmi3").glob("*.fmu")):
+        with zipfile.ZipFile(fmu) as archive:
+            types = ElementTree.fromstring(archive.read("modelDescription.xml")).iterfind("TypeDefinitions/*")
+        assert [one.get("name") for one in types if one.get("description") is not None] == [], fmu.name

@@ -53,6 +53,13 @@ def test_runs_and_steps_have_the_bits_of_the_native_model(bench: ps.Model) -> No
     assert np.array_equal(both[0].jacobian(of, to), both[1].jacobian(of, to))
 
 
+def test_warnings_of_the_fmu_are_told(bench: ps.Model) -> None:
+    with pytest.warns(
+        ps.PlantWarning, match=r"^friction.dahl.sigma0 has no effect: it counts only with friction.law = Dahl"
+    ):
+        bench.start({"friction.law": "LuGre", "friction.dahl.sigma0": 7e6})
+
+
 def test_a_state_is_saved_copied_and_restored(bench: ps.Model) -> None:
     simulation = pickle.loads(pickle.dumps(bench)).start(SETTINGS)
     simulation.step(1e-3)

@@ -91,7 +91,7 @@ ROWS = [f"{0.01 * k:.2f},{k * k % 97},1.0" for k in range(100)]
     ("lines", "options", "words"),
     [
         ([HEADER, *ROWS], {"--columns": "time=t,position=y,frictionForce=f"}, ["data.csv:1", "no column y"]),
-        ([HEADER, *ROWS], {"--columns": "time=t,position=x[inch],frictionForce=f"}, ["inch", "mm"]),
+        ([HEADER, *ROWS], {"--columns": "time=t,position=x[inhc],frictionForce=f"}, ["inhc", "mm"]),
         ([HEADER, *ROWS], {"--columns": "time=t,position=x"}, ["frictionForce"]),
         ([HEADER, *ROWS], {"--columns": "position=x,frictionForce=f"}, ["time"]),
         ([HEADER, *ROWS], {"--columns": "time=t,place=x"}, ["place", "position"]),
@@ -109,7 +109,7 @@ ROWS = [f"{0.01 * k:.2f},{k * k % 97},1.0" for k in range(100)]
         ([HEADER, *ROWS], {"--law": "Coulomb,Stribeck,Coulomb"}, ["Coulomb is given twice"]),
         ([HEADER, *ROWS], {"--law": "Coulomb,"}, ["--laws Coulomb,", "empty"]),
         ([HEADER, *ROWS], {"--validation": "1.5"}, ["1.5"]),
-        ([HEADER, *ROWS], {"--inputs": "curves"}, ["--inputs curves", "held, lines, smooth"]),
+        ([HEADER, *ROWS], {"--inputs": "curves"}, ["--inputs curves", "hold, lines, smooth"]),
         ([HEADER, *ROWS], {"--starts": "-3"}, ["--starts -3"]),
         ([HEADER, *ROWS], {"--seed": "-3"}, ["--seed -3"]),
         ([HEADER, *ROWS], {"--segment": "0"}, ["--segment 0.0"]),
@@ -195,7 +195,7 @@ ROOT = Path(__file__).parents[2]
 RIG = ROOT / "examples" / "rig.csv"
 RIG_COLUMNS = "time=t,valveVoltage=u,position=x_mm[mm],chamberA.pressure=pa_bar[bar],chamberB.pressure=pb_bar[bar]"
 TRUE_FRICTION = {"Fs": 12.4, "Fc": 7.6, "vs": 0.018, "sigma2": 38.0}
-"""Settings of studies/synthetic_rig.py for the table."""
+"""Settings of docs/studies/synthetic_rig.py for the table."""
 
 
 def test_whole_rig_gives_its_friction_and_its_valve() -> None:
@@ -242,7 +242,7 @@ def test_mechanical_half_alone_gives_mass_and_friction() -> None:
 
 def test_intervals_contain_the_truth_as_often_as_they_say(monkeypatch: pytest.MonkeyPatch) -> None:
     """Ten records of a rig that is integrated independently, with other noise: a small identification_coverage.py."""
-    monkeypatch.syspath_prepend(str(ROOT / "studies"))
+    monkeypatch.syspath_prepend(str(ROOT / "docs/studies"))
     from identification_coverage import estimates, rows
     from synthetic_rig import truth
 

@@ -20,7 +20,7 @@ DATA = ROOT.parent / "shared" / "data"
 def _studies(monkeypatch: pytest.MonkeyPatch) -> None:
     if not DATA.is_dir():
         left_out(f"there are no measurements in {DATA}")
-    monkeypatch.syspath_prepend(str(ROOT / "studies"))
+    monkeypatch.syspath_prepend(str(ROOT / "docs/studies"))
 
 
 @pytest.mark.parametrize("ring", ["O-ring", "NAPN", "NAP310", "PK", "KDN"])

@@ -40,7 +40,7 @@ def test_elpd_of_a_line_is_that_of_its_regression() -> None:
 
 def test_law_that_made_the_data_is_told_from_others(tmp_path: Path) -> None:
     found = ps.compare_fits(bench(), ["Coulomb", "Stribeck"], **GIVEN).evidence()
-    assert [one.law for one in found.laws] == ["Stribeck", "Coulomb"] and found.untold == ()
+    assert [one.law for one in found.laws] == ["Stribeck", "Coulomb"] and found.not_distinguished == ()
     assert "the data speak for Stribeck" in repr(found)
     first, second = found.laws
     assert first.difference == first.error == 0.0 and second.difference > 10.0 * second.error > 0.0
@@ -56,8 +56,8 @@ def test_laws_that_fit_alike_are_not_told() -> None:
         settings_of={"Stribeck": {"friction.stribeck.vs": 1e-4}},
         fit_of={"Stribeck": "friction.stribeck.Fs,friction.stribeck.Fc,friction.stribeck.sigma2"},
     ).evidence()  # fmt: skip
-    assert len(found.untold) == 1
-    assert f"the data cannot tell {found.laws[0].law} from {found.laws[1].law}" in repr(found)
+    assert len(found.not_distinguished) == 1
+    assert f"the data do not distinguish {found.laws[0].law} from {found.laws[1].law}" in repr(found)
 
 
 def test_draws_are_as_many_as_are_asked_for_and_those_of_the_seed() -> None:

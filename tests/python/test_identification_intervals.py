@@ -120,7 +120,8 @@ def fitted(
 ) -> Any:
     """A problem about its solution."""
     monkeypatch.setattr(intervals, "linearised", lambda problem, x: linear)
-    return SimpleNamespace(free=free, bounds=(low, high), start=start)
+    experiment = SimpleNamespace(table=SimpleNamespace(variables={}))
+    return SimpleNamespace(free=free, bounds=(low, high), start=start, experiment=experiment)
 
 
 def test_ends_are_those_of_what_the_solver_sees(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -139,7 +139,7 @@ def test_rig_does_not_tell_more_than_its_samples() -> None:
     """With a known beginning the covariance is the inverse of the information of all samples; from a measured one more
     is to be found, which widens it, and not beyond measure."""
     found = ps.plan(law="Coulomb", fit=FREE, duration=2.0, step=0.01)
-    assert repr(found).splitlines()[0] == "excitations, the most telling first:"
+    assert repr(found).splitlines()[0] == "excitations, the most informative first:"
     names = ["position", "chamberA.pressure", "chamberB.pressure"]
     for one in found.candidates[:3]:
 
@@ -224,7 +224,7 @@ def test_verdict_is_half_of_the_value() -> None:
     verdict = Plan((best,), values, dict.fromkeys(half, "N"))
     assert verdict.determined == {"told": True, "untold": False, "offset": True, "blind": False}
     assert repr(verdict).splitlines() == [
-        "excitations, the most telling first:",
+        "excitations, the most informative first:",
         "         1.0  a sine",
         "with a sine, half of the 95 % interval will be about:",
         "  told = -1 +- 0.49 N",

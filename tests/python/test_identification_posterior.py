@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from concurrent.futures import ThreadPoolExecutor
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -35,9 +36,15 @@ def line(seed: int = 0, hanging: float = 0.0) -> tuple[dict[str, Array], Array]:
     return {"time": time, "position": position, "frictionForce": force}, design
 
 
+@cache
+def fitted() -> ps.Fit:
+    """The fit with a posterior that most tests look at: its sampling takes the time."""
+    return ps.fit(line()[0], **GIVEN, posterior=True)
+
+
 def test_draws_of_a_line_are_those_of_its_regression() -> None:
     data, design = line()
-    found = ps.fit(data, **GIVEN, posterior=True)
+    found = fitted()
     assert found.posterior is not None and found.posterior.converged
     # Most proposals are of a t about the solution, which is near to what is drawn from: most are taken, not all.
     assert 0.3 < found.posterior.acceptance < 1.0
@@ -59,7 +66,7 @@ def test_draws_of_a_line_are_those_of_its_regression() -> None:
 
 
 def test_residuals_that_hang_together_widen_the_draws() -> None:
-    white, hanging = (ps.fit(line(hanging=share)[0], **GIVEN, posterior=True).posterior for share in (0.0, 0.9))
+    white, hanging = fitted().posterior, ps.fit(line(hanging=0.9)[0], **GIVEN, posterior=True).posterior
     assert white is not None and hanging is not None
     # The sum of n such residuals varies by sqrt(1.9/0.1) = 4.4 times as much; twenty blocks tell it to a half.
     assert np.std(hanging.draws[FC]) > 2.0 * np.std(white.draws[FC])
@@ -79,7 +86,7 @@ def test_draws_are_those_of_the_seed_whoever_makes_them() -> None:
 
 
 def test_arviz_reads_the_draws() -> None:
-    found = ps.fit(line()[0], **GIVEN, posterior=True).posterior
+    found = fitted().posterior
     assert found is not None
     table = arviz.summary(found.to_inference_data(), round_to="none")
     assert list(table.index) == [FC, SIGMA2]
@@ -90,7 +97,7 @@ def test_arviz_reads_the_draws() -> None:
 
 
 def test_band_around_a_prediction_has_the_spread_of_its_draws(tmp_path: Path) -> None:
-    found = ps.fit(line()[0], **GIVEN, posterior=True).posterior
+    found = fitted().posterior
     assert found is not None
     common = {"bench.drive": "PrescribedMotion", "driveVelocity": 0.1, "position0": 0.0}
     band = found.predict(number=400, common=common, stop=0.1, step=0.01, outputs=["frictionForce"], progress=False)
@@ -118,7 +125,7 @@ def test_band_around_a_prediction_has_the_spread_of_its_draws(tmp_path: Path) ->
 
 
 def test_band_beyond_the_data_is_told(recwarn: pytest.WarningsRecorder) -> None:
-    found = ps.fit(line()[0], **GIVEN, posterior=True)
+    found = fitted()
     assert found.posterior is not None
     _, fastest = found.ranges.limits["velocity"]
     given = {"number": 5, "stop": 0.1, "step": 0.01, "progress": False}
@@ -157,7 +164,7 @@ def test_interrupt_leaves_the_fit() -> None:
 def test_what_cannot_be_drawn_is_refused_by_name(monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(ValueError, match="loss huber"):
         ps.fit(line()[0], **GIVEN, posterior=True, loss="huber")
-    found = ps.fit(line()[0], **GIVEN, posterior=True).posterior
+    found = fitted().posterior
     assert found is not None
     with pytest.raises(KeyError, match=r"friction\.stribeck\.Fs is not free"):
         found.interval("friction.stribeck.Fs")

@@ -190,7 +190,7 @@ def test_worst_misfit_is_found_and_drawn(tmp_path: Path) -> None:
     measured, fitted = (np.asarray(line.get_ydata()) for line in figure.axes[0].get_lines()[:2])
     assert 0.5 < np.max(measured - fitted) < 1.3
     found.to_report(tmp_path / "a.html")
-    assert "Where it misses most" in (tmp_path / "a.html").read_text(encoding="utf-8")
+    assert "Largest residual" in (tmp_path / "a.html").read_text(encoding="utf-8")
     figure.savefig(tmp_path / "a.png")
 
 

@@ -60,7 +60,7 @@ def test_figures_are_in_its_units() -> None:
     figures = [overlay(residuals), worst_misfit(residuals), against(residuals), friction_map(found())]
     labels = [text for figure in figures if figure is not None for axis in figure.axes
               for text in (axis.get_xlabel(), axis.get_ylabel())]  # fmt: skip
-    assert {"position (rad)", "velocity (rad/s)", "friction at load level 1 (N.m)", "rest (rad)"} <= set(labels)
+    assert {"position (rad)", "velocity (rad/s)", "friction at load factor 1 (N.m)", "rest (rad)"} <= set(labels)
     assert not any(OF_SLIDING.search(label) for label in labels)
     assert all(is_styled(figure) for figure in figures)
     # Where the angle is drawn it is in rad, not a thousand times that.

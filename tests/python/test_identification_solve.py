@@ -54,7 +54,7 @@ def test_search_ends_where_two_starts_meet() -> None:
 def hurried(problem: Problem, *given: Any) -> tuple[Problem, Solution]:
     """A last search that gives up at its first vector."""
     fitted, found = with_likely_sensors(problem, *given)
-    return fitted, replace(found, converged=False, message="80 vectors were tried")
+    return fitted, replace(found, converged=False, message="80 parameter vectors were evaluated")
 
 
 def test_fit_that_does_not_come_to_an_end_fails_and_says_so(

@@ -91,8 +91,10 @@ def test_friction_is_measured_with_the_error_of_a_mean_of_stretches() -> None:
     assert _measured(alone, left(residuals, np.zeros((40, 0))), np.ones(40))[1] == np.inf
 
 
-@pytest.mark.parametrize(("apart", "is_told"), [(1e-5, True), (0.1, False)])
-def test_error_of_a_law_is_told_only_by_conditions_that_it_cannot_follow(apart: float, is_told: bool) -> None:
+@pytest.mark.parametrize(("apart", "is_distinguished"), [(1e-5, True), (0.1, False)])
+def test_error_of_a_law_is_distinguished_only_by_conditions_that_it_cannot_follow(
+    apart: float, is_distinguished: bool
+) -> None:
     """Two parameters follow two conditions, if they do not change both alike but for a part in 100 000."""
     rng = np.random.default_rng(4)
     slopes = np.column_stack([np.ones(200), np.repeat([0.0, apart], 100)])
@@ -100,7 +102,7 @@ def test_error_of_a_law_is_told_only_by_conditions_that_it_cannot_follow(apart: 
     stretches = np.repeat(np.arange(20), 10)
     found = left(0.01 * rng.standard_normal(200), slopes)
     *_, spread = _predicted(found, factors, stretches, np.array([1.0, 0.0]), [], 0.2)
-    assert bool(np.isfinite(spread)) is is_told
+    assert bool(np.isfinite(spread)) is is_distinguished
 
 
 def preferred(differences: Array, monkeypatch: pytest.MonkeyPatch) -> ps.identification.evidence.Evidence:
@@ -113,9 +115,9 @@ def preferred(differences: Array, monkeypatch: pytest.MonkeyPatch) -> ps.identif
     return evidence(fits)
 
 
-@pytest.mark.parametrize(("mean", "is_told"), [(2.6, False), (2.8, True)])
+@pytest.mark.parametrize(("mean", "is_distinguished"), [(2.6, False), (2.8, True)])
 def test_laws_are_told_apart_by_the_t_of_their_stretches(
-    mean: float, is_told: bool, monkeypatch: pytest.MonkeyPatch
+    mean: float, is_distinguished: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Five stretches, so that 95 % are 2.776 errors of the mean, where four were 3.18, and six 2.57."""
     about = np.array([-2.0, -1.0, 0.0, 1.0, 2.0]) * np.sqrt(2.0)
@@ -123,14 +125,14 @@ def test_laws_are_told_apart_by_the_t_of_their_stretches(
     # Their sum has the root of five times the deviation of one, which is the root of five.
     assert_close(second.error, 5.0, rel=1e-14, what="error")
     assert_close(second.difference, 5.0 * mean, rel=1e-14, what="difference")
-    assert second.is_told is is_told
+    assert second.is_distinguished is is_distinguished
 
 
-@pytest.mark.parametrize(("difference", "is_told"), [(3.9, False), (4.1, True)])
+@pytest.mark.parametrize(("difference", "is_distinguished"), [(3.9, False), (4.1, True)])
 def test_small_difference_is_none_however_sure_it_is(
-    difference: float, is_told: bool, monkeypatch: pytest.MonkeyPatch
+    difference: float, is_distinguished: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    assert preferred(np.full(10, 0.1 * difference), monkeypatch).laws[1].is_told is is_told
+    assert preferred(np.full(10, 0.1 * difference), monkeypatch).laws[1].is_distinguished is is_distinguished
 
 
 def test_chains_have_the_r_hat_of_arviz() -> None:

@@ -1,6 +1,6 @@
 """Settings that are given wrong: the verdict names them before any sensor.
 
-The record was integrated independently of this library (studies/synthetic_rig.py), with the bore, the mass and the
+The record was integrated independently of this library (docs/studies/synthetic_rig.py), with the bore, the mass and the
 thermal model that are the defaults, and a supply of 6 bar.
 """
 
@@ -45,6 +45,31 @@ def test_wrong_setting_is_named_before_any_sensor(name: str, wrong: float | str,
     causes = [finding.text for finding in found.verdict.findings if "would be gone" in finding.text]
     assert name in causes[0] and found.verdict.light != "green"
     assert ("above ambient" in causes[0]) is (name == "supplyPressure")
+
+
+@pytest.mark.filterwarnings("ignore::pneumatic_servo.PlantWarning")
+@pytest.mark.parametrize(("supply", "item"), [(6e5, "atmosphere"), (6e5 - 101325.0, "atmosphere, like the supply")])
+def test_gauge_pressures_of_a_pressurised_record_are_named(supply: float, item: str) -> None:
+    """From 0.5 s on no chamber is near the atmosphere, so that no reading is an impossible one."""
+    table = np.genfromtxt(RIG, delimiter=",", names=True)[500:1500]
+    data = {"time": table["t"], "valveVoltage": table["u"], "position": 1e-3 * table["x_mm"],
+            "chamberA.pressure": 1e5 * table["pa_bar"] - 101325.0,
+            "chamberB.pressure": 1e5 * table["pb_bar"] - 101325.0}  # fmt: skip
+    given = {"experiment": "rig", "law": "Stribeck", "starts": 0, "progress": False}
+    free = ["friction.stribeck.Fs", "friction.stribeck.Fc", "valve.C"]
+    known = {"friction.stribeck.vs": 0.018, "friction.stribeck.sigma2": 38.0, "valve.deadZone": 0.065}
+    found = ps.fit(data, fit=free, settings={**known, "supplyPressure": supply}, **given)
+    suspect = found.suspect
+    assert suspect is not None and suspect.name == "the pressures of both chambers", str(suspect)
+    assert suspect.given == "absolute" and suspect.estimate == f"from the {item}" and suspect.share > 0.9
+    assert f"from the {item}: give them in barg" in found.verdict.text and found.verdict.light != "green"
+    # Who obeys has a far better fit; the record begins in motion, with gas that is not at the temperature outside.
+    for chamber in ("chamberA.pressure", "chamberB.pressure"):
+        data[f"{chamber} [barg]"] = 1e-5 * data.pop(chamber)
+    right = "4.98675 barg" if supply < 6e5 else supply
+    obeyed = ps.fit(data, fit=free, settings={**known, "supplyPressure": right}, **given)
+    rms = {signal: obeyed.rms[signal] / left for signal, left in found.rms.items()}
+    assert rms["chamberA.pressure"] < 0.2 and rms["position"] < 0.4, rms
 
 
 def test_right_settings_are_not_suspected() -> None:

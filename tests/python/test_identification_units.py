@@ -46,8 +46,8 @@ def test_units_tell_the_machine(stated: dict[str, str], given: dict[str, Any], e
             "motion",
             [("position", "rad")],
             {},
-            "columns='x': position is in rad, which only the experiment force takes; motion takes m, cm, mm, um, in, "
-            "ft",
+            "columns='x': position is in rad, which only the experiment force takes; motion takes m, cm, mm, um, nm, "
+            "in, ft",
         ),
         (
             "force",

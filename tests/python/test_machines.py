@@ -54,6 +54,6 @@ def test_machine_runs_and_is_another_one(machine: str) -> None:
         warnings.simplefilter("error", ps.PlantWarning)
         run = model.simulate(settings, inputs=inputs, stop=0.5, step=1e-3)  # type: ignore[arg-type]
     default = model.simulate(inputs=inputs, stop=0.5, step=1e-3)
-    shown = ["position", "chamberA.pressure", "sensor.position.reading", "sensor.end[1]"]
+    shown = ["position", "chamberA.pressure", "sensor.position.reading", "sensor.end[1]", "supply.consumed"]
     differs = any(not np.array_equal(run[name], default[name]) for name in shown)
     assert differs == (machine != DEFAULT)

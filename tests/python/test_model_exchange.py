@@ -7,10 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 from bounds import assert_close
-from exchange import LAWS as HARD_LAWS
-from exchange import RUNS, WRONG, Fmu, Start, allowed, unexpected
 from fmpy import simulate_fmu
 from numpy.typing import NDArray
+
+from model_exchange import LAWS as HARD_LAWS
+from model_exchange import RUNS, WRONG, Fmu, Start, allowed, unexpected
 
 OUTPUTS = ["position", "velocity", "chamberA.pressure", "chamberB.pressure", "frictionForce", "sticking"]
 LAWS = {"None": 1, "Coulomb": 2, "Stribeck": 7, "Karnopp": 8, "Dahl": 10, "LuGre": 14, "GMS": 16, "ElastoPlastic": 20}
@@ -56,7 +57,7 @@ HARD = {model: starts for model, starts in RUNS.items() if model != "PneumaticSe
         {"valveVoltage": voltage, "friction.law": law} for voltage in (0.0, 6.5, 10.0) for law in HARD_LAWS.values()
     ]
 }
-"""A part of the runs of `packaging/python/exchange.py`; as a program it makes them all."""
+"""A part of the runs of `docs/studies/model_exchange.py`; as a program it makes them all."""
 
 
 @pytest.fixture(scope="module", params=[".", "fmi3"], ids=["FMI 2.0", "FMI 3.0"])

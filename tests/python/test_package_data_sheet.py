@@ -33,21 +33,19 @@ def test_default_valve_has_a_nominal_flow_of_100_litres_per_minute() -> None:
 
 def test_nominal_flow_is_what_the_model_lets_through() -> None:
     """The valve fully open between 6 and 5 bar above ambient, into a chamber too large to fill."""
-    run = ps.Model().simulate(
-        {
-            "valve.C": conductance(qn=700.0),
-            "valve.leakage": 0.0,
-            "thermal.model": "Isothermal",
-            "friction.law": "CoulombStiction",
-            "friction.coulombStiction.Fs": 1e6,
-            "chamberA.deadVolume": 1.0,
-            "chamberA.pressure0": 5e5 + 101_325.0,
-            "supplyPressure": 6e5 + 101_325.0,
-            "valveVoltage": 10.0,
-        },
-        stop=0.05,
-        outputs=["chamberA.massFlow"],
-    )
+    settings = {
+        "valve.C": conductance(qn=700.0),
+        "valve.leakage": 0.0,
+        "thermal.model": "Isothermal",
+        "friction.law": "CoulombStiction",
+        "friction.coulombStiction.Fs": 1e6,
+        "chamberA.deadVolume": 1.0,
+        "chamberA.pressure0": 5e5 + 101_325.0,
+        "supplyPressure": 6e5 + 101_325.0,
+        "valveVoltage": 10.0,
+    }
+    with pytest.warns(ps.PlantWarning, match=r"chamberA.deadVolume = 1 m3: usual values"):
+        run = ps.Model().simulate(settings, stop=0.05, outputs=["chamberA.massFlow"])
     # The chamber of a cubic metre gains some 100 Pa meanwhile.
     assert_close(run["chamberA.massFlow"][-1] / 1.185 * 60_000.0, 700.0, rel=1e-3, what="flow")
 
@@ -104,6 +102,11 @@ def test_rotary_drive_that_makes_no_sense_is_refused(given: tuple[float, ...], w
         ({"qn": 1.0, "hysteresis": -1.0}, "hysteresis = -1.0 %: it must be at least 0 and below 50"),
         ({"qn": 1.0, "spring": (60.0, 20.0)}, "spring = \\(60.0, 20.0\\): its force must be at least 0 and grow"),
         ({"qn": 1.0, "spring": 20.0}, "spring = 20.0 is refused: it must be forces in N"),
+        ({"qn": 1.0, "cushion": (250.0, 0.1)}, "cushion = .* at most the stroke, 200 mm"),
+        ({"qn": 1.0, "cushion": (20.0, 0.0)}, "the conductance of its needle above 0"),
+        ({"qn": 1.0, "cushion": 20.0}, "cushion = 20.0 is refused: it must be a length in mm and a conductance"),
+        ({"qn": 1.0, "rebound": (120.0, 0.5)}, "rebound = .* at most 100 %"),
+        ({"qn": 1.0, "bumper": 0.0}, "bumper = 0.0: it must be positive"),
         ({"qn": 1.0, "leak": (0.2, 0.5)}, "its pressure at least 1 bar above ambient"),
         ({"qn": 1.0, "response": 0.0}, "response = 0.0 ms: it must be from"),
         ({"area": 1e-6}, "did you give it in m2\\? that would be 1 mm2$"),
@@ -229,9 +232,19 @@ def test_spring_has_its_forces_at_both_ends() -> None:
     """Without pressure in the chambers an external force as large as the spring's holds the carriage."""
     sheet = DataSheet(**CYLINDER, qn=700.0, spring=(20.0, 60.0))
     for position, force in [(0.0, 20.0), (0.2, 60.0)]:
-        settings = {**sheet.settings, "chamberB.open": True, "position0": position, "friction.law": "None"}
+        settings = {**sheet.settings, "position0": position, "friction.law": "None"}
         plant = ps.Model().start({**settings, "externalForce": force})
         assert abs(plant["acceleration"]) < 1e-9, f"{force} N at {position} m"
+
+
+def test_sheet_with_a_spring_is_of_a_single_acting_cylinder() -> None:
+    """Its row opens the chamber of the spring, which has neither hose nor leak; nothing of it is without effect."""
+    sheet = DataSheet(**CYLINDER, qn=700.0, spring=(20.0, 60.0), hose=(4.0, 1500.0), leak=(0.2, 6.0))
+    assert sheet.settings["chamberB.open"] == 1.0
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        plant = ps.Model().start(sheet)
+    assert plant["chamberB.pressure"] == 101_325.0
 
 
 def test_leak_is_what_flows_at_its_pressure() -> None:
@@ -239,6 +252,29 @@ def test_leak_is_what_flows_at_its_pressure() -> None:
     settings = {**sheet.settings, "chamberA.pressure0": 6e5 + 101_325.0, "valve.leakage": 0.0}
     flow = ps.Model().start({**settings, "valveVoltage": 5.0})["chamberA.massFlow"]
     assert_close(flow / 1.185 * 60_000.0, -0.2, rel=1e-9, what="l/min (ANR)")
+
+
+def test_needle_is_what_lets_air_out_of_a_cushion() -> None:
+    """A piston that is held within the cushion, before a valve so wide that the needle is choked."""
+    sheet = DataSheet(**CYLINDER, qn=700.0, cushion=(20.0, 0.2), supply=6.0)
+    held = {"friction.law": "CoulombStiction", "friction.coulombStiction.Fs": 1e4, "position0": 0.19}
+    start = {**sheet.settings, **held, "chamberB.pressure0": 701_325.0, "valveVoltage": 10.0}
+    run = ps.Model().simulate(start, stop=0.02, step=1e-3)
+    flow, pressure, temperature = (run[f"chamberB.{name}"][-1] for name in ("massFlow", "pressure", "temperature"))
+    assert pressure > 3e5
+    assert_close(flow, -0.2e-8 * 1.185 * pressure * (293.15 / temperature) ** 0.5, rel=1e-3, what="kg/s")
+
+
+@pytest.mark.parametrize(("resilience", "speed"), [(45.0, 0.5), (90.0, 1.5), (100.0, 0.5)])
+def test_bumper_gives_back_its_share_of_the_energy(resilience: float, speed: float) -> None:
+    """A free mass without gas and friction: the share does not depend on mass and stiffness."""
+    for mass, bumper in [(5.0, 200.0), (0.8, 3000.0)]:
+        sheet = DataSheet(bore=32, stroke=200, mass=mass, qn=700.0, bumper=bumper, rebound=(resilience, speed))
+        free = {"friction.law": "None", "chamberA.open": True, "chamberB.open": True}
+        start = {"position0": 0.199, "velocity0": speed}
+        run = ps.Model().simulate({**sheet.settings, **free, **start}, stop=0.1, step=1e-3)
+        assert run["position"].max() > 0.2
+        assert_close((run["velocity"][-1] / speed) ** 2, resilience / 100.0, rel=1e-4, what="share")
 
 
 def test_area_has_the_ratio_of_a_nozzle_and_hysteresis_its_half_width() -> None:

@@ -10,7 +10,9 @@ import numpy as np
 import pandas
 import pneumatic_servo as ps
 import pytest
-from pneumatic_servo.identification.table import columns_of, measured
+from pneumatic_servo.chosen_columns import columns_of
+from pneumatic_servo.identification.signals import SIGNALS
+from pneumatic_servo.identification.table import measured
 from pneumatic_servo.tables import read_table
 
 TIMES = (0.0, 0.001, 0.002)
@@ -70,7 +72,7 @@ def test_record_is_the_same_in_each_form(tmp_path: Path, form: str) -> None:
     content, columns = FORMS[form]
     file = tmp_path / "rig.csv"
     file.write_bytes(content.encode() if isinstance(content, str) else content)
-    found = measured(1, file, columns_of(columns)).signals
+    found = measured(1, file, columns_of(columns, SIGNALS)).signals
     assert found["time"].tolist() == list(TIMES)
     assert found["position"].tolist() == [float(f"{way}e-3") for way in WAYS]
 
@@ -78,7 +80,7 @@ def test_record_is_the_same_in_each_form(tmp_path: Path, form: str) -> None:
 def test_arrays_and_frames_have_exact_names_and_clocks_too() -> None:
     clock = ["12:00:00.000", "12:00:00.001", "12:00:00.002"]
     zoned = pandas.to_datetime(clock, format="%H:%M:%S.%f").tz_localize("Europe/Berlin")
-    columns = columns_of({"time": "Zeit [s]", "position": "Weg [mm]"})
+    columns = columns_of({"time": "Zeit [s]", "position": "Weg [mm]"}, SIGNALS)
     for times in (list(TIMES), clock, zoned):
         data = {"Zeit [s]": times, "Weg [mm]": WAYS, "Zustand": ["on", "on", "off"]}
         for source in (data, pandas.DataFrame(data)):
@@ -107,7 +109,7 @@ def test_encoding_is_taken_as_given(tmp_path: Path) -> None:
         ("time,valveVoltage\n0,5\n1,\n", r"a\.csv:3, column 2 \(valveVoltage\): '' is no number"),
         ("time,valveVoltage\n0,5\n1,inf\n", r"a\.csv:3, column 2 \(valveVoltage\): inf is not finite"),
         ("time;valveVoltage\n0;5\n1;6;7\n", r"a\.csv:3: 3 values, but the header has 2 columns"),
-        ("0,5\n1,6\n", r"a\.csv:1: there is no column `time`, only 0, 5"),
+        ("0,5\n1,6\n", r"a\.csv:1: there is no column `time`, only 1, 2"),
         ("time,valveVoltage\n3/4/2026 0:00:00,5\n3/5/2026 0:00:00,5\n", r"may be of day and month or of month and day"),
         ("time,valveVoltage\n31.02.2026 0:00:00,5\n31.02.2026 0:00:01,5\n", r"the date '31\.02\.2026' is refused"),
     ],

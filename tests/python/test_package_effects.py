@@ -11,7 +11,6 @@ import gymnasium
 import numpy as np
 import pneumatic_servo as ps
 import pytest
-from pneumatic_servo.effects import NEEDS
 
 SHORT: dict[str, Any] = {"stop": 0.01, "step": 1e-3}
 QUIET: dict[str, Any] = {**SHORT, "progress": False}
@@ -38,9 +37,9 @@ LOST: dict[str, tuple[Mapping[str, Any], str]] = {
     ),
     "vessel of no volume": ({"supply.C": 2e-8}, "supply.volume above 0"),
     "rest of no spring": ({"load.rest": 0.1}, "load.stiffness above 0"),
-    "viscosity without a hose": ({"gas.viscosity": 1e-4}, "piston.leakage or a hose"),
+    "viscosity without a hose": ({"gas.viscosity": 1e-4}, "cushion.length or piston.leakage above 0"),
     "mass of an imposed motion": ({"motion": "Imposed", "mass.moving": 2.0}, "motion = Free or coupling.compliance"),
-    "step of an adaptive solver": ({"solver.step": 1e-6}, "a solver.scheme of fixed steps"),
+    "step of an adaptive solver": ({"solver.step": 1e-6}, "solver.scheme other than Adaptive"),
 }
 
 
@@ -82,56 +81,20 @@ def test_set_of_a_whole_rig_may_be_used_in_part() -> None:
             ps.Model().start({**rig, **changed})
 
 
-HOSES = {"hoseA.length": 1.0, "hoseB.length": 1.0}
-COUNTING: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
-    "thermal.exponent": ({"thermal.exponent": 1.3}, {"thermal.model": "Polytropic"}),
-    "thermal.heatTransfer": ({"thermal.heatTransfer": 90.0}, {"thermal.model": "EnergyBalance"}),
-    "valve.tableA.opening": ({"valve.tableA.opening[3]": 0.12}, {"valve.characteristic": "Table"}),
-    "valve.deadZone": ({"valve.deadZone": 0.1}, {"valve.characteristic": "Linear"}),
-    "hoseA.diameter": ({"hoseA.diameter": 0.002}, {"hoseA.length": 1.0}),
-    "hoseB.diameter": ({"hoseB.diameter": 0.002}, {"hoseB.length": 1.0}),
-    "throttle.direction": ({"throttle.direction": "MeterIn"}, {"throttleA.C": 1e-9, **HOSES}),
-    "throttle.free": ({"throttle.free": 1e-10}, {"throttleA.C": 1e-9, **HOSES}),
-    "throttle.b": ({"throttle.b": 0.5}, {"throttleA.C": 1e-9, **HOSES}),
-    "quickExhaust.b": ({"quickExhaust.b": 0.5}, {"quickExhaustB.C": 1e-8}),
-    "quickExhaust.opening": ({"quickExhaust.opening": 3e4}, {"quickExhaustB.C": 1e-8}),
-    "cushion.C": ({"cushion.C": 1e-11}, {"cushion.length": 0.3, **HOSES}),
-    "supply.C": ({"supply.C": 1e-9}, {"supply.volume": 1e-3}),
-    "supply.b": ({"supply.b": 0.5}, {"supply.volume": 1e-4, "supply.C": 1e-9}),
-    "leakage.b": ({"leakage.b": 0.5}, {"chamberA.leakage": 1e-9}),
-    "gas.viscosity": ({"gas.viscosity": 1e-4}, {"hoseA.length": 1.0}),
-    "load.rest": ({"load.rest": 0.1}, {"load.stiffness": 100.0}),
-    "sensor.endHysteresis": ({"sensor.endHysteresis": 0.005}, {"sensor.endDistance[1]": 0.2505}),
-    "friction.position.period": ({"friction.position.period": 0.003}, {"friction.position.amplitude": 0.5}),
-    "chamberA.pressure0": ({"chamberA.pressure0": 3e5}, {"chamberA.open": False}),
-    "chamberB.pressure0": ({"chamberB.pressure0": 3e5}, {"chamberB.open": False}),
-    "chamberB.leakage": ({"chamberB.leakage": 1e-9}, {"chamberB.open": False}),
-    "mass.moving": ({"mass.moving": 2.0}, {"motion": "Free"}),
-    "mass.moving beside a coupling": ({"mass.moving": 2.0}, {"motion": "Imposed", "coupling.compliance": 1e-4}),
-    "mass.carriage": ({"mass.carriage": 0.1}, {"motion": "Free"}),
-    "solver.step": ({"solver.step": 1e-4}, {"solver.scheme": "ImplicitEuler"}),
-    "solver.relativeTolerance": ({"solver.relativeTolerance": 1e-3}, {"solver.scheme": "Adaptive"}),
-}
-"""A value of each parameter that needs an option, and the option."""
-
-
-@pytest.mark.parametrize("name", COUNTING)
-def test_option_that_is_named_is_the_one_that_makes_it_count(name: str) -> None:
-    """Texts of effects agree with the plant: bits change with the option, and with it alone."""
-    value, option = COUNTING[name]
-    shown = ["chamberA.pressure", "rodForce", *(["sensor.end[1]"] if name.startswith("sensor.") else [])]
-    moving = {"inputs": {"valveVoltage": 9.0}, "stop": 0.3, "step": 1e-3, "outputs": shown}
-    with warnings.catch_warnings():
-        warnings.simplefilter("error", ps.PlantWarning)
-        run, without = (ps.Model().simulate({**option, **own}, **moving) for own in (value, {}))
-    assert any(not np.array_equal(run[name], without[name]) for name in shown)
-    needs = {need.names.pattern for need in NEEDS if need.names.fullmatch(next(iter(value)))}
-    assert len(needs) == 1
-
-
-def test_each_option_that_is_named_is_tried() -> None:
-    tried = [next(iter(value)) for value, _ in COUNTING.values()]
-    assert [need.text for need in NEEDS if not any(need.names.fullmatch(name) for name in tried)] == []
+@pytest.mark.parametrize(("name", "value", "hint"), [
+    ("friction.dahl.sigma0", 9.0, "did you mean 9 N/um"),
+    ("friction.stribeck.vs", 12.0, "did you mean 12 mm/s, which is 0.012 m/s"),
+    ("valve.bandwidth", 0.12, "did you mean 0.12 kHz, which is 120 Hz"),
+    ("valve.hysteresis", 0.35, "did you mean 0.35 %, which is 0.0035?"),
+])  # fmt: skip
+def test_value_that_is_hardly_meant_is_told_with_its_unit(name: str, value: float, hint: str) -> None:
+    settings: dict[str, Any] = {"friction.law": "Dahl" if "dahl" in name else "Stribeck", name: value}
+    with pytest.warns(ps.PlantWarning, match=re.escape(hint)) as warned:
+        ps.Model().start(settings)
+    assert len(warned) == 1
+    law = {"friction.law": settings["friction.law"]}
+    with pytest.warns(ps.PlantWarning, match=re.escape(hint)):
+        ps.Model().simulate_many({name: [ps.Model().parameters[name].default, value]}, common=law, **QUIET)
 
 
 def test_value_without_effect_is_told_once_while_running() -> None:
@@ -231,21 +194,21 @@ DRIVES: dict[str, tuple[Mapping[str, Any], Mapping[str, Any], str]] = {
     "motion that is free": (
         {},
         {"imposedPosition": (np.array([0.0, 0.01]), np.array([0.25, 0.3]))},
-        "motion = Imposed",
+        "motion = Imposed, and here it is Free",
     ),
-    "command of a chamber": ({}, {"valveVoltageA": 8.0}, "actuation = TwoValves or TwoRegulators, or SwitchingValves"),
-    "one command for two valves": ({"actuation": "TwoValves"}, {"valveVoltage": 8.0}, "TwoRegulators and"),
+    "command of a chamber": ({}, {"valveVoltageA": 8.0}, "actuation other than ProportionalValve"),
+    "one command for two valves": ({"actuation": "TwoValves"}, {"valveVoltage": 8.0}, "and here it is TwoValves"),
     "one command for two coils": (
         {"actuation": "SwitchingValves", "switching.command": "EachValve"},
         {"valveVoltage": 8.0},
-        "EachValve take valveVoltageA and valveVoltageB",
+        "switching.command = OneVoltage",
     ),
     "a voltage for coils": (
         {"actuation": "SwitchingValves", "switching.command": "EachCoil"},
         {"valveVoltage": 8.0},
-        "EachCoil takes coil[1] to coil[4]",
+        "switching.command = OneVoltage",
     ),
-    "coil beside a valve": ({}, {"coil[1]": True}, "actuation = SwitchingValves and switching.command = EachCoil"),
+    "coil beside a valve": ({}, {"coil[1]": True}, "actuation = SwitchingValves, and here it is ProportionalValve"),
 }
 
 
@@ -289,3 +252,15 @@ def test_inputs_and_outputs_that_count_are_not_told() -> None:
     model.simulate_many([two, {}], inputs={"valveVoltage": 8.0}, **QUIET)
     plant = model.start({"motion": "Imposed"})
     plant["imposedVelocity"] = 0.1
+
+
+@pytest.mark.parametrize("given", [0.01, (np.array([0.0, 1.0]), np.array([0.01, 0.02]))], ids=["constant", "points"])
+def test_motion_that_an_input_imposes_starts_where_the_input_does(given: Any) -> None:
+    """The default of the input, beyond the end of a short stroke, is not where this run starts."""
+    short = {"motion": "Imposed", "cylinder.stroke": 0.04, "chamberB.open": True}
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ps.PlantWarning)
+        run = ps.Model().simulate(short, inputs={"imposedPosition": given}, stop=0.1, step=1e-2)
+        assert run["position"][0] == 0.01
+        with pytest.raises(ps.Refused, match=r"imposedPosition = 0\.25 m is refused"):
+            ps.Model().simulate(short, stop=0.1, step=1e-2)

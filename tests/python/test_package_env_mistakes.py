@@ -21,6 +21,9 @@ NAME = "pneumatic_servo/Positioning-v0"
     ({"law": "LuGre", "parameters": {"friction.law": "Dahl"}}, "given twice, by law and by friction.law"),
     ({"parameters": {"position0": 0.2}}, "position0 is refused: each episode draws where it begins"),
     ({"parameters": {"valveVoltage": 6.0}}, "valveVoltage is refused: actions are the voltage"),
+    ({"duration": 5e-4}, "duration = 0.0005 s is refused: it is less than a period of 0.001 s"),
+    ({"period": 1, "duration": 1500}, "period = 1 s is refused: .* milliseconds are '1 ms'"),
+    ({"effort": -1.0}, "effort = -1.0 is refused"),
     ({"targets": ("0.1", "0.4")}, r"targets: the text '0\.1' has no unit; write 0\.1 or '0\.1 m'"),
 ])  # fmt: skip
 def test_tasks_that_contradict_themselves_are_refused(task: dict[str, Any], told: str) -> None:
@@ -53,3 +56,13 @@ def test_copy_of_an_environment_goes_on_with_the_same_bits(copied: Any) -> None:
         for _ in range(30):
             assert np.array_equal(environment.step(action)[0], other.step(action)[0])
         assert np.array_equal(environment.reset()[0], other.reset()[0])
+
+
+def test_specification_tells_the_steps_of_an_episode() -> None:
+    environment = gymnasium.make(NAME, duration=0.02)
+    assert environment.spec is not None and environment.spec.max_episode_steps == 20
+    assert gymnasium.make(NAME, duration=3.0).unwrapped.spec.max_episode_steps == 3000  # type: ignore[union-attr]
+    again = gymnasium.make(environment.spec)
+    again.reset(seed=1)
+    ends = [again.step(again.action_space.sample())[3] for _ in range(20)]
+    assert ends == [False] * 19 + [True]

@@ -1,4 +1,4 @@
-"""The examples in the help of the package run, and every public function has one."""
+"""The examples in the help of the package run, and every public function and class has one."""
 
 from __future__ import annotations
 
@@ -64,8 +64,17 @@ def functions() -> Iterator[tuple[str, Any]]:
             yield f"Model.{name}", method
 
 
-def test_every_public_function_has_an_example() -> None:
-    lacking = [name for name, function in functions() if ">>>" not in (inspect.getdoc(function) or "")]
+def classes() -> Iterator[tuple[str, Any]]:
+    """Every class that users make or are given, but `NotConverged`, which the command line raises."""
+    for module in (ps, envs):
+        for name in module.__all__:
+            if inspect.isclass(thing := getattr(module, name)) and name != "NotConverged":
+                yield name, thing
+
+
+def test_every_public_function_and_class_has_an_example() -> None:
+    documented = [*functions(), *classes()]
+    lacking = [name for name, thing in documented if ">>>" not in (inspect.getdoc(thing) or "")]
     assert lacking == []
 
 

@@ -8,9 +8,10 @@ import signal
 import subprocess
 import sys
 from collections.abc import Iterator
-from concurrent.futures import Executor, ProcessPoolExecutor
+from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor
 from multiprocessing import get_context
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pneumatic_servo as ps
@@ -20,6 +21,7 @@ from clusters import cluster
 from dask.distributed import Client
 from test_identification import bench
 from test_package_arguments import Workers
+from test_package_closed_loop import MANY, Integral, Telling, integrating, proportional
 
 TIMES = np.arange(0, 0.1, 1e-3)
 RUN = {"inputs": {"valveVoltage": (TIMES, 5.0 + 2.0 * np.sin(20.0 * TIMES))}, "stop": 0.1, "step": 1e-3,
@@ -27,6 +29,22 @@ RUN = {"inputs": {"valveVoltage": (TIMES, 5.0 + 2.0 * np.sin(20.0 * TIMES))}, "s
 PLAN = {"law": "Coulomb", "experiment": "motion", "duration": 4.0, "step": 0.01, "progress": False}
 FIT = {"experiment": "motion", "play": 0.0, "starts": 40, "progress": False}
 """More starts than one task simulates."""
+
+
+# First, and in this file: processes are forked, which neither Dask nor JAX likes once their threads run.
+def test_many_loops_in_python_are_divided_among_processes() -> None:
+    plant = ps.Model()
+    controllers: list[Any] = [proportional, Telling, Integral(), integrating]
+    for controller in controllers:
+        record = ["error", "sum"] if controller is Telling else []
+        here = plant.simulate_many(controller=controller, record=record, **MANY)
+        there = plant.simulate_many(controller=controller, record=record, workers=2, **MANY)
+        assert np.array_equal(here._values, there._values) and list(there.variables) == list(here.variables)
+    with ThreadPoolExecutor(2) as threads:
+        assert np.array_equal(plant.simulate_many(controller=Integral(), executor=threads, **MANY)["position"],
+                              plant.simulate_many(controller=Integral(), **MANY)["position"])  # fmt: skip
+    with pytest.raises(TypeError, match="cannot be sent to other processes"):
+        plant.simulate_many(controller=integrating(), workers=2, **MANY)
 
 
 @pytest.fixture(scope="module", params=["processes", "Dask"])

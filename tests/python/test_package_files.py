@@ -88,3 +88,16 @@ def test_standard_output_is_a_place_for_tables(tmp_path: Path) -> None:
     assert lines[:2] == ["before", HEAD]
     # The summary would spoil the table.
     assert len(lines) == 13
+
+
+@pytest.mark.parametrize("ending", [".xlsx", ".parquet", ".pdf", ".JSON"])
+def test_ending_of_another_format_is_refused(ending: str, tmp_path: Path) -> None:
+    file = tmp_path / f"run{ending}"
+    with pytest.raises(ValueError, match=rf"what is written is no {ending.lower()} file; name it run\.csv"):
+        run().to_csv(file)
+    with pytest.raises(ValueError, match=rf"what is written is no {ending.lower()} file; name it run\.ssv"):
+        ps.DataSheet(bore=32, rod=12, stroke=200, mass=5, qn=700, supply=6).to_ssv(file)
+    assert not file.exists()
+    for ending in (".txt", ".tsv", "", ".2026"):
+        run().to_csv(tmp_path / f"run{ending}")
+        assert (tmp_path / f"run{ending}").read_text(encoding="utf-8").startswith("time,")

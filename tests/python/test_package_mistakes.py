@@ -56,7 +56,7 @@ REFUSED: dict[str, tuple[Callable[[], object], str]] = {
     "volts for bars": (
         having(supplyPressure="6 V"),
         "supplyPressure: the unit V is refused; it must be one of Pa, hPa, mbar, kPa, MPa, bar, psi, atm, "
-        "barg, kPag, psig",
+        "barg, mbarg, kPag, MPag, psig, bara, mbara, kPaa, MPaa, psia",
     ),
     "degrees Celsius": (
         having(ambientTemperature=20),
@@ -77,7 +77,7 @@ REFUSED: dict[str, tuple[Callable[[], object], str]] = {
     "dependence in 1/bar": (
         having(friction__kappaA=0.2),
         "friction.kappaA = 0.2 1/Pa is refused: it must be -0.001 to 0.001 1/Pa; did you mean 0.2 1/bar, which is "
-        "2e-06 1/Pa?",
+        "2e-6 1/Pa?",
     ),
     "rod thicker than the bore": (
         having(cylinder__rod=0.02),
@@ -254,7 +254,7 @@ WARNED: dict[str, tuple[Callable[[], object], str]] = {
     "a friction force turned": (
         lambda: fit({"frictionForce": -BENCH["frictionForce"]}),
         "the fitted model does not describe frictionForce: RMS residual 7 N of a signal that varies by 6.888"
-        " N rms; look at units, signs, what was assumed, and what is free",
+        " N rms; check units, signs, assumed values and estimated parameters",
     ),
     "a time of the bench in ms": (
         lambda: fit({"time": 1e3 * BENCH["time"]}),

@@ -9,6 +9,7 @@ from functools import partial
 from typing import Any
 
 import numpy as np
+import pandas
 import pneumatic_servo as ps
 import pytest
 
@@ -64,6 +65,48 @@ def test_study_of_closed_loops_is_resumed_too() -> None:
     runs = many(resume=finished, progress=False, **given)
     assert Counting.made == 5
     assert runs["position"].tobytes() == many(progress=False, **given)["position"].tobytes()
+
+
+T = np.linspace(0.0, 0.1, 5)
+NOTATIONS: dict[str, Any] = {
+    "constant": 6.0,
+    "one for each": np.linspace(6.0, 7.0, 40),
+    "points": (T, 5.0 + T),
+    "hold": {"hold": (T, 5.0 + T)},
+    "lines": {"lines": (T, 5.0 + T)},
+    "two columns": np.array([T, 5.0 + T]).T,
+    "two points": ([0.0, 0.1], [5.0, 6.0]),
+    "as many points as runs": (np.linspace(0.0, 0.1, 40), np.linspace(5.0, 6.0, 40)),
+    "for each run": (T, 5.0 + np.outer(np.ones(40), T)),
+    "series": pandas.Series(5.0 + T, index=T),
+    "function": lambda t: 5.0 + t,
+}
+
+
+@pytest.mark.parametrize("notation", NOTATIONS)
+def test_inputs_are_recognised_in_every_notation(notation: str) -> None:
+    many = partial(
+        ps.Model().simulate_many, **{**GIVEN, "inputs": {"valveVoltage": NOTATIONS[notation]}}, progress=False
+    )
+    runs = many()
+    assert many(resume=runs)["position"].tobytes() == runs["position"].tobytes()
+    with pytest.raises(ValueError, match="the input valveVoltage of the earlier runs is another one"):
+        many(resume=runs, inputs={"valveVoltage": (T, 5.0 + 2.0 * T)})
+
+
+def proportional(gain: float) -> Callable[[float, Mapping[str, float]], float]:
+    return lambda time, seen: 5.0 + gain * (0.25 - seen["position"])
+
+
+def test_another_controller_is_refused() -> None:
+    many = partial(ps.Model().simulate_many, number=2, stop=0.02, step=1e-3, outputs=["position"], progress=False)
+    earlier = pickle.loads(pickle.dumps(many(controller=proportional(20.0))))
+    assert many(controller=proportional(20.0), resume=earlier)["position"].tobytes() == earlier["position"].tobytes()
+    for other in ({"controller": proportional(21.0)}, {"controller": proportional(20.0), "delay": 1e-3}):
+        with pytest.raises(ValueError, match="the earlier runs had another controller"):
+            many(resume=earlier, **other)
+    with pytest.raises(ValueError, match="the earlier runs had a controller"):
+        many(resume=earlier)
 
 
 OTHER: dict[str, tuple[dict[str, Any], str]] = {

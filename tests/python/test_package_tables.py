@@ -87,7 +87,7 @@ def test_number_that_is_not_finite_is_named_by_its_place(tmp_path: Path) -> None
         read_table(file).in_si(1, "m", "m")
 
 
-KEPT = sorted((Path(__file__).parents[2] / "fuzz" / "kept" / "readers").iterdir())
+KEPT = sorted((Path(__file__).parents[2] / "tests/fuzz/kept" / "readers").iterdir())
 
 
 @pytest.mark.parametrize("kept", KEPT, ids=lambda kept: kept.name)

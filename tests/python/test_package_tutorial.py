@@ -11,24 +11,41 @@ import nbformat
 import pytest
 from nbclient import NotebookClient
 
-TUTORIAL = Path(__file__).parents[2] / "docs" / "tutorial" / "tutorial.ipynb"
+TUTORIALS = Path(__file__).parents[2] / "docs" / "tutorial"
 QUANTITY = re.compile(r"(?<![\w.])(\d+(?:\.\d+)?) (mm/s|m/s|mm|ms|m|s|V|N|bar|Pa|Hz|kg|%)(?!\w)")
 SI = {"mm/s": 1e-3, "mm": 1e-3, "ms": 1e-3, "bar": 1e5, "%": 1e-2}
 LITERAL = re.compile(r"(?<![\w.])\d+(?:\.\d+)?(?:e-?\d+)?(?![\w.])")
 
 
-@pytest.fixture(scope="module")
-def notebook(tmp_path_factory: pytest.TempPathFactory) -> Any:
-    notebook = nbformat.read(TUTORIAL, as_version=4)
-    folder = str(tmp_path_factory.mktemp("tutorial"))
-    NotebookClient(notebook, timeout=300, resources={"metadata": {"path": folder}}).execute()
+def executed(name: str, folder: Path) -> Any:
+    notebook = nbformat.read(TUTORIALS / name, as_version=4)
+    client = NotebookClient(notebook, timeout=300, iopub_timeout=60, resources={"metadata": {"path": str(folder)}})
+    client.raise_on_iopub_timeout = True
+    client.execute()
     return notebook
 
 
-def test_tutorial_runs_and_shows_figures(notebook: Any) -> None:
+@pytest.fixture(scope="module")
+def notebook(tmp_path_factory: pytest.TempPathFactory) -> Any:
+    return executed("tutorial.ipynb", tmp_path_factory.mktemp("tutorial"))
+
+
+def pictures(notebook: Any) -> int:
     shown = [output for cell in notebook.cells if cell.cell_type == "code" for output in cell.outputs]
-    pictures = [output for output in shown if "image/png" in output.get("data", {})]
-    assert len(pictures) == 3
+    return sum("image/png" in output.get("data", {}) for output in shown)
+
+
+def test_tutorial_runs_and_shows_figures(notebook: Any) -> None:
+    assert pictures(notebook) == 3
+
+
+def test_step_responses_lead_to_an_observer(tmp_path: Path) -> None:
+    """Its cells check that the right law is consistent, and the wrong one is not."""
+    notebook = executed("observer.ipynb", tmp_path)
+    assert pictures(notebook) == 2 and list(unfounded(notebook.cells)) == []
+    printed = "".join(output.get("text", "") for cell in notebook.cells for output in cell.get("outputs", []))
+    found = re.findall(r"= ([\d.e-]+) .*the machine has ([\d.e-]+)", printed)
+    assert len(found) == 4 and all(float(one) == pytest.approx(float(true), rel=0.02) for one, true in found)
 
 
 def unfounded(cells: Any) -> Iterator[str]:

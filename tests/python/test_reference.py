@@ -73,9 +73,3 @@ def test_default_tolerance(fmu: Path, cases: dict[str, dict[str, Any]], name: st
     for column, bound in {"position": 1e-6, "pressureA": 1.0, "pressureB": 1.0}.items():
         place = list(COLUMNS).index(column)
         assert_close(found[place], expected[place], within=bound, what=column.rstrip("AB"), why="promised")
-
-
-def test_readme_counts_the_trajectories() -> None:
-    count = sum(len(json.loads((FOLDER / name).read_text(encoding="utf-8"))) for name in ("cases.json", "sensors.json"))
-    readme = (FOLDER.parents[1] / "README.md").read_text(encoding="utf-8")
-    assert f"At the default tolerance {count} trajectories" in readme

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-STUDIES = Path(__file__).parents[2] / "studies"
+STUDIES = Path(__file__).parents[2] / "docs/studies"
 
 
 def run(script: str, output: Path) -> str:

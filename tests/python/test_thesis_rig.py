@@ -11,7 +11,7 @@ ROOT = Path(__file__).parents[2]
 
 
 def test_set_rig_does_what_the_page_says(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.syspath_prepend(str(ROOT / "studies"))
+    monkeypatch.syspath_prepend(str(ROOT / "docs/studies"))
     from common import parameter_set
     from thesis_rig import COLUMNS, SET, Rig, facts
 

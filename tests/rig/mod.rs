@@ -11,11 +11,12 @@ use pneumatic_servo::solver::StepError;
 use pneumatic_servo::variables::{Kind, ParameterError, Role, Variable};
 use serde::Deserialize;
 
-/// Value of a variable in a file: a number, or an item of its enumeration.
+/// Value of a variable in a file: a number, a switch, or an item of its enumeration.
 #[derive(Deserialize)]
 #[serde(untagged)]
 pub enum Value {
     Number(f64),
+    Switch(bool),
     Item(String),
 }
 
@@ -88,6 +89,7 @@ impl Rig {
     pub fn with<'a>(self, values: impl IntoIterator<Item = (&'a String, &'a Value)>) -> Self {
         values.into_iter().fold(self, |rig, (name, value)| match value {
             Value::Number(value) => rig.set(name, *value),
+            Value::Switch(is_on) => rig.set(name, f64::from(*is_on)),
             Value::Item(item) => rig.choose(name, item),
         })
     }

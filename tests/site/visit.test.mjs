@@ -4,6 +4,7 @@ import { readFileSync, statSync } from "node:fs";
 import { fileURLToPath } from "node:url";
 import { after, before, test } from "node:test";
 import { launch, open, pages, plant } from "./site.mjs";
+import { WORDS } from "./words.mjs";
 
 const AXE = readFileSync(fileURLToPath(import.meta.resolve("axe-core/axe.min.js")), "utf8");
 /** In bytes: what the landing page may weigh before the plant is asked for. */
@@ -51,6 +52,7 @@ test("every page opens without an error and fits on 400 pixels, and none of each
     const { page, close } = await open(browser, name, { colorScheme, viewport: { width: 400, height: 800 } });
     const width = await page.evaluate(() => document.documentElement.scrollWidth);
     if (width > 400) found.push(`${name} is ${width} pixels wide`);
+    if (name !== "search.html" && (await page.locator('meta[name="description"]').count()) !== 1) found.push(`${name} has not one description`);
     if (KINDS.includes(name) || process.env.EVERY_PAGE) {
       found.push(...(await findings(page)).map((finding) => `${name}, ${colorScheme}: ${finding}`));
     }
@@ -88,8 +90,8 @@ test("the plant runs on the landing page, in its colours and without a bar to sc
 
 /** Searches and the pages of which one comes first: words of the field, in the text or not. */
 const FIRST = [
-  ["stiction", "docs/friction-laws.html"],
-  ["hunting", "docs/friction-laws.html"],
+  ["stiction", "docs/friction-laws.html", "docs/stick-slip.html"],
+  ["hunting", "docs/stick-slip.html"],
   ["PWM", "docs/parameters.html"],
   ["solenoid", "docs/machines.html"],
   ["5/2", "docs/machines.html"],
@@ -122,6 +124,19 @@ test("the search ranks without a server, and shows where the words stand", async
   assert.deepEqual(wrong, []);
   await page.locator("#search-results > li a").first().click();
   await page.waitForURL(/docs\/start\/rust\.html/);
+  await close();
+});
+
+test("nine of ten words that people search for help at the first hit", async (context) => {
+  const { page, close } = await open(browser, "search.html");
+  const wrong = [];
+  for (const [word, ...expected] of WORDS) {
+    await page.locator("#search-words").fill(word);
+    const links = await page.locator("#search-results > li > a").evaluateAll((all) => all.map((one) => one.getAttribute("href")));
+    if (!expected.some((wanted) => links[0]?.includes(wanted))) wrong.push(`${word}: ${links[0] ?? "nothing"}`);
+  }
+  context.diagnostic(wrong.join("; "));
+  assert.ok(WORDS.length >= 100 && wrong.length <= 0.1 * WORDS.length, `${wrong.length} of ${WORDS.length}: ${wrong.join("; ")}`);
   await close();
 });
 

@@ -107,7 +107,7 @@ impl Experiment for Balance {
         Begin::default()
     }
 
-    /// The position at the end of each half step, and the load level.
+    /// The position at the end of each half step, and the load factor.
     fn inputs(&self, segment: &MeasuredSegment, values: &Values) -> Vec<(&'static str, Vec<f64>)> {
         let gain = self.given.beside("gain.position", values, 1.0);
         let path: Vec<f64> = segment.driven["path"].iter().map(|place| gain * place).collect();

@@ -59,7 +59,7 @@ pub fn applied(given: &Given, segment: &MeasuredSegment, values: &Values) -> Vec
     applied
 }
 
-/// Load level at the communication points: it grows with the pressures above ambient.
+/// Load factor at the communication points: it grows with the pressures above ambient.
 pub fn level(given: &Given, segment: &MeasuredSegment, values: &Values) -> Vec<f64> {
     let value = |name: &str| given.value(name, values);
     let ambient = value("ambientPressure");

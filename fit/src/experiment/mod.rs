@@ -23,19 +23,20 @@ pub use cylinder::pressure_force;
 pub use segments::{OfRecord, segments};
 
 use crate::arrays::interpolate;
+use crate::expression::Tie;
 use crate::law;
 use crate::parameter::{Parameter, Values};
 use crate::record::{Record, Signals, unit_of};
 use crate::refused::Refused;
 use crate::smoothing::low_pass;
 
-/// Parameters of the cylinder that make the load level of a bench.
+/// Parameters of the cylinder that make the load factor of a bench.
 pub const OF_LOAD: [&str; 2] = ["friction.kappaA", "friction.direction.factor"];
 
 /// Options of the use of the data.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Options {
-    /// Normal force in N at which the load level is 1.
+    /// Normal force in N at which the load factor is 1.
     pub rated: f64,
     /// Width in s of the parabolas that give velocities.
     pub width: f64,
@@ -163,14 +164,14 @@ impl MeasuredSegment {
     }
 }
 
-/// Velocity, friction and load level as far as the data alone tell them.
+/// Velocity, friction and load factor as far as the data alone tell them.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Forces {
     /// Velocities in m/s.
     pub speed: Vec<f64>,
     /// Friction forces in N.
     pub force: Vec<f64>,
-    /// Load levels.
+    /// Load factors.
     pub level: Vec<f64>,
 }
 
@@ -240,7 +241,7 @@ pub trait Experiment: Send + Sync {
         outputs
     }
 
-    /// Velocity, friction and load level, for a start of the fit.
+    /// Velocity, friction and load factor, for a start of the fit.
     fn forces(&self, segment: &MeasuredSegment, values: &Values) -> Option<Forces>;
 
     /// Starts of parameters of the machine that the data tell; `values` has the estimated ones.
@@ -370,7 +371,7 @@ pub fn parameter(experiment: &dyn Experiment, name: &str) -> Result<Parameter, R
     if experiment.of_bench().contains(&name) {
         return Ok(Parameter::of_bench(name).expect("a property of a bench"));
     }
-    // The cylinder has them, too; the bench gets the load level that they make.
+    // The cylinder has them, too; the bench gets the load factor that they make.
     let is_of_load = OF_LOAD.contains(&name) && given.table.table().find(name).is_none();
     let table = if is_of_load { given.cylinder.table() } else { given.table.table() };
     let Some(entry) = table.find(name) else {
@@ -394,7 +395,7 @@ pub struct Given {
     pub table: &'static Model,
     /// Model that is simulated.
     pub model: &'static Model,
-    /// The cylinder, which has parameters of the load level.
+    /// The cylinder, which has parameters of the load factor.
     pub cylinder: &'static Model,
     /// Number of the friction law.
     pub law: i32,
@@ -435,6 +436,14 @@ impl Given {
     pub fn value(&self, name: &str, values: &Values) -> f64 {
         let default = || self.table.table().find(name).and_then(|entry| entry.variable.start).unwrap_or(0.0);
         values.get(name).or_else(|| self.known.get(name)).copied().unwrap_or_else(default)
+    }
+
+    /// Adds the values of parameters that follow from others, each from those before it.
+    pub fn follow(&self, ties: &[Tie], values: &mut Values) {
+        for tie in ties {
+            let value = tie.expression.value(&|name| self.value(name, values));
+            values.insert(tie.name.clone(), value);
+        }
     }
 
     /// A property that is no parameter of the model: estimated, known, or as usual.

@@ -10,7 +10,7 @@ use crate::smoothing::{follow, noise};
 /// Steps whose mean velocity a motion keeps beyond the ends of its record.
 const PACED: usize = 5;
 
-/// FrictionBench under a prescribed position; `force = pressure * area + friction` where a seal is under pressure. The load level
+/// FrictionBench under a prescribed position; `force = pressure * area + friction` where a seal is under pressure. The load factor
 /// is `normalForce / rated`, grows with the pressure by `friction.kappaA`, and is `friction.direction.factor` times as large
 /// outwards as inwards.
 pub struct Motion {
@@ -39,7 +39,7 @@ impl Motion {
         self.given.beside("area", values, 0.0)
     }
 
-    /// Load level at the communication points.
+    /// Load factor at the communication points.
     fn level(&self, segment: &MeasuredSegment, values: &Values) -> Vec<f64> {
         let mut level = vec![1.0; segment.driven["position"].len()];
         if segment.driven.contains_key("normalForce") {
@@ -137,7 +137,7 @@ impl Experiment for Motion {
         Begin::default()
     }
 
-    /// The position at the end of each step, and the load level.
+    /// The position at the end of each step, and the load factor.
     fn inputs(&self, segment: &MeasuredSegment, values: &Values) -> Vec<(&'static str, Vec<f64>)> {
         let mut position = self.path(segment, values);
         position.rotate_left(1);

@@ -21,7 +21,7 @@ pub trait Pushed: Experiment {
     /// Force on the mass but for its friction, at the communication points.
     fn applied(&self, segment: &MeasuredSegment, values: &Values) -> Vec<f64>;
 
-    /// Load level at the communication points.
+    /// Load factor at the communication points.
     fn level(&self, segment: &MeasuredSegment, values: &Values) -> Vec<f64>;
 
     /// The mass.
@@ -48,7 +48,7 @@ pub fn direction(given: &Given, record: &Record) -> Vec<f64> {
     record.grid.iter().zip(&speed).map(sign).collect()
 }
 
-/// A load level with the factor by direction: of the motion, or at rest of the applied force.
+/// A load factor with the factor by direction: of the motion, or at rest of the applied force.
 pub fn directed(experiment: &dyn Pushed, mut level: Vec<f64>, segment: &MeasuredSegment, values: &Values) -> Vec<f64> {
     let factor = experiment.given().beside(FACTOR, values, 1.0);
     if factor == 1.0 {

@@ -28,7 +28,7 @@ use crate::c_interface::{
 use crate::calls::Call;
 use crate::failure::Failure;
 use crate::host::{Input, Output, text};
-use crate::instance::{self, Base, Instance, Kind, Library, Vector, Wanted};
+use crate::instance::{self, Base, Instance, Kind, Library, Resources, Vector, Wanted};
 
 /// Types of the standard's default platform.
 #[unsafe(no_mangle)]
@@ -49,14 +49,15 @@ pub unsafe fn instantiate(
     instance_name: Text,
     fmu_type: FmuType,
     guid: Text,
-    _resource_location: Text,
+    resource_location: Text,
     functions: *const CallbackFunctions,
     _visible: Boolean,
     logging_on: Boolean,
 ) -> Component {
     // SAFETY: the host passes NULL or strings, and NULL or its callbacks, which `CallbackFunctions` describes.
-    let (name, guid, functions) =
-        unsafe { (text(instance_name), text(guid), (!functions.is_null()).then(|| functions.read())) };
+    let (name, guid, location, functions) = unsafe {
+        (text(instance_name), text(guid), text(resource_location), (!functions.is_null()).then(|| functions.read()))
+    };
     let name = name.unwrap_or_default();
     let guid = guid.map(|guid| guid.to_string_lossy().into_owned());
     let wanted = Wanted {
@@ -65,6 +66,7 @@ pub unsafe fn instantiate(
         kind: if fmu_type == MODEL_EXCHANGE { Kind::ModelExchange } else { Kind::CoSimulation },
         name: &name.to_string_lossy(),
         guid: guid.as_deref(),
+        resources: location.as_deref().map(Resources::Uri),
         logging_on: logging_on != 0,
     };
     let check = || match fmu_type {

@@ -16,14 +16,14 @@ use super::types::{
 use crate::c_interface::hand_out;
 use crate::failure::Failure;
 use crate::host::text;
-use crate::instance::{self, Kind, Library, Wanted, instantiate};
+use crate::instance::{self, Kind, Library, Resources, Wanted, instantiate};
 
 /// Makes an instance for model exchange of the model with a token; NULL, and a message, if there is none.
 pub unsafe fn model_exchange(
     library: &'static Library,
     instance_name: Text,
     instantiation_token: Text,
-    _resource_path: Text,
+    resource_path: Text,
     _visible: Boolean,
     logging_on: Boolean,
     instance_environment: InstanceEnvironment,
@@ -31,7 +31,16 @@ pub unsafe fn model_exchange(
 ) -> Component {
     let made = Made { function: "fmi3InstantiateModelExchange", kind: Kind::ModelExchange, logging_on };
     // SAFETY: of the module.
-    unsafe { made.of(library, instance_name, instantiation_token, sink(log_message, instance_environment), || Ok(())) }
+    unsafe {
+        made.of(
+            library,
+            instance_name,
+            instantiation_token,
+            resource_path,
+            sink(log_message, instance_environment),
+            || Ok(()),
+        )
+    }
 }
 
 /// Makes an instance for co-simulation of the model with a token; NULL, and a message, if there is none.
@@ -41,7 +50,7 @@ pub unsafe fn co_simulation(
     library: &'static Library,
     instance_name: Text,
     instantiation_token: Text,
-    _resource_path: Text,
+    resource_path: Text,
     _visible: Boolean,
     logging_on: Boolean,
     event_mode_used: Boolean,
@@ -64,7 +73,16 @@ pub unsafe fn co_simulation(
         ))),
     };
     // SAFETY: of the module.
-    unsafe { made.of(library, instance_name, instantiation_token, sink(log_message, instance_environment), check) }
+    unsafe {
+        made.of(
+            library,
+            instance_name,
+            instantiation_token,
+            resource_path,
+            sink(log_message, instance_environment),
+            check,
+        )
+    }
 }
 
 /// Always refused: there is nothing to schedule.
@@ -72,7 +90,7 @@ pub unsafe fn scheduled_execution(
     library: &'static Library,
     instance_name: Text,
     instantiation_token: Text,
-    _resource_path: Text,
+    resource_path: Text,
     _visible: Boolean,
     logging_on: Boolean,
     instance_environment: InstanceEnvironment,
@@ -84,7 +102,16 @@ pub unsafe fn scheduled_execution(
     let made = Made { function: "fmi3InstantiateScheduledExecution", kind: Kind::CoSimulation, logging_on };
     let refuse = || Err(Failure::error("there is no scheduled execution: the model has no clocks"));
     // SAFETY: of the module.
-    unsafe { made.of(library, instance_name, instantiation_token, sink(log_message, instance_environment), refuse) }
+    unsafe {
+        made.of(
+            library,
+            instance_name,
+            instantiation_token,
+            resource_path,
+            sink(log_message, instance_environment),
+            refuse,
+        )
+    }
 }
 
 /// Arguments of an instantiation.
@@ -95,17 +122,18 @@ struct Made {
 }
 
 impl Made {
-    /// Makes it, for a name and a token.
+    /// Makes it, for a name, a token and a folder of resources.
     unsafe fn of(
         self,
         library: &'static Library,
         name: Text,
         token: Text,
+        resources: Text,
         sink: instance::Sink,
         check: impl FnOnce() -> Result<(), Failure>,
     ) -> Component {
         // SAFETY: the host passes NULL or strings.
-        let (name, token) = unsafe { (text(name), text(token)) };
+        let (name, token, resources) = unsafe { (text(name), text(token), text(resources)) };
         let name = name.unwrap_or_default();
         let token = token.map(|token| token.to_string_lossy().into_owned());
         let wanted = Wanted {
@@ -114,6 +142,7 @@ impl Made {
             kind: self.kind,
             name: &name.to_string_lossy(),
             guid: token.as_deref(),
+            resources: resources.as_deref().map(Resources::Path),
             logging_on: self.logging_on != 0,
         };
         hand_out(instantiate(library, &wanted, sink, check))

@@ -61,7 +61,10 @@ pub fn encode(state: &SavedState, guid: &str, length: usize) -> Result<Vec<u8>, 
 pub fn length(layout: &Layout) -> usize {
     // GUID, kind, mode, experiment, the last step, the lengths of lists, and the checksum.
     const OTHERS: usize = 160;
-    BODY_AT + size_of::<f64>() * (layout.parameters + 2 * layout.inputs) + layout.model.snapshot_size() + OTHERS
+    BODY_AT
+        + size_of::<f64>() * (layout.parameters.len() + 2 * layout.inputs.len())
+        + layout.model.snapshot_size()
+        + OTHERS
 }
 
 /// The state from which the bytes were made.

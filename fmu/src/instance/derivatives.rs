@@ -22,6 +22,7 @@ impl Instance {
             if slot.variable.role != Role::Input {
                 return Err(Failure::error(format!("{name} is no input")));
             }
+            self.layout.check_kept(slot.variable)?;
             check_order(name, order)?;
             if !slope.is_finite() {
                 return Err(Failure::error(format!("the derivative of {name} must be a finite number, not {slope}")));

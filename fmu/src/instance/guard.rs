@@ -7,6 +7,7 @@ use std::sync::{Arc, Mutex};
 use super::layout::Layout;
 use super::log::{Log, Sink};
 use super::registry::Library;
+use super::variant::{self, Resources};
 use super::{Instance, Kind};
 use crate::calls::{Call, Mode};
 use crate::failure::{Failure, Status};
@@ -66,6 +67,8 @@ pub struct Wanted<'a> {
     pub name: &'a str,
     /// The GUID of the model, if the host gives one.
     pub guid: Option<&'a str>,
+    /// Where the resources are, if the host says it.
+    pub resources: Option<Resources<'a>>,
     /// Whether everything is logged.
     pub logging_on: bool,
 }
@@ -99,11 +102,7 @@ fn choose(library: &'static Library, wanted: &Wanted) -> Result<Arc<Layout>, Fai
     }
     let called = wanted.guid_is_called;
     let guid = wanted.guid.ok_or_else(|| Failure::error(format!("the {called} is missing")))?;
-    let found = library.find(guid).ok_or_else(|| {
-        let list = library.list();
-        let hint = "modelDescription.xml and the library come from different builds";
-        Failure::error(format!("the {called} {guid} belongs to no model of this library ({list}): {hint}"))
-    })?;
+    let found = variant::layout(library, called, guid, wanted.resources)?;
     if wanted.kind == Kind::ModelExchange && found.states == 0 {
         let name = found.model.name;
         return Err(Failure::error(format!("{name} has no continuous states and is there for co-simulation only")));
@@ -218,8 +217,15 @@ mod tests {
         static LIBRARY: Library = Library::new(models::ALL, || models::ALL, None);
         let guid = crate::guid(&models::ALL[0]);
         let kind = Kind::CoSimulation;
-        let wanted =
-            |name, guid| Wanted { function: "make", guid_is_called: "token", kind, name, guid, logging_on: true };
+        let wanted = |name, guid| Wanted {
+            function: "make",
+            guid_is_called: "token",
+            kind,
+            name,
+            guid,
+            resources: None,
+            logging_on: true,
+        };
         let cases = [
             ("", Some(&*guid), "make: the instance name is missing"),
             ("a", None, "make: the token is missing"),

@@ -1,8 +1,8 @@
 //! The GUID that ties a model description to the library built from the same source.
 
-use crate::fnv::Hash;
 use pneumatic_servo::model::Model;
 use pneumatic_servo::variables::{Kind, Variable};
+use pneumatic_servo_variant::fnv::Hash;
 
 /// The GUID of a model of [`pneumatic_servo`]: a fingerprint of its name, the version and the source of this library, and one of
 /// its variables.
@@ -15,7 +15,7 @@ pub fn guid(model: &Model) -> String {
 /// The GUID of a model from elsewhere, whose own source has a fingerprint, too.
 pub fn guid_of_source(model: &Model, source: Option<&str>) -> String {
     let start = guid_start(model, source);
-    let mut hash = Hash::new();
+    let mut hash = Hash::default();
     for variable in &*model.shared_table() {
         let Variable { reference, name, kind, role, start, min, max, nominal, derivative_of, .. } = variable;
         hash.add(name.as_bytes());
@@ -39,7 +39,7 @@ pub fn guid_of_source(model: &Model, source: Option<&str>) -> String {
 
 /// The half of a GUID that needs no table, which takes time to make.
 pub fn guid_start(model: &Model, source: Option<&str>) -> String {
-    let mut hash = Hash::new();
+    let mut hash = Hash::default();
     hash.add(model.name.as_bytes());
     hash.add(env!("CARGO_PKG_VERSION").as_bytes());
     hash.add(env!("SOURCE_FINGERPRINT").as_bytes());
@@ -62,7 +62,7 @@ mod tests {
         // FNV-1a 128 of "foobar", then of the separator, by the published algorithm.
         let mut state = 0x343e_1662_793c_64bf_6f0d_3597_ba44_6f18_u128;
         state = (state ^ 0x100).wrapping_mul(0x0000_0000_0100_0000_0000_0000_0000_013b);
-        let mut hash = Hash::new();
+        let mut hash = Hash::default();
         hash.add(b"foobar");
         assert_eq!(hash.digits(), format!("{state:032x}"));
     }
@@ -70,7 +70,7 @@ mod tests {
     #[test]
     fn line_ends_do_not_matter() {
         let digits = |text: &str| {
-            let mut hash = Hash::new();
+            let mut hash = Hash::default();
             hash.add(text.as_bytes());
             hash.digits()
         };

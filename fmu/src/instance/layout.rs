@@ -1,5 +1,6 @@
 //! The layout of values: the place of each variable of a model.
 
+use std::collections::BTreeSet;
 use std::fmt;
 use std::ops::Range;
 use std::sync::Arc;
@@ -9,6 +10,7 @@ use crate::failure::Failure;
 use pneumatic_servo::model::Model;
 use pneumatic_servo::system::Indicator;
 use pneumatic_servo::variables::{Entry, Kind, Table, Variable};
+use pneumatic_servo_variant::Resolved;
 
 /// Variables that the functions of a C interface read and write.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -53,6 +55,7 @@ impl fmt::Display for Base {
 }
 
 /// The variables of a model as the interface needs them; made once per model.
+#[derive(Clone)]
 pub struct Layout {
     /// The model.
     pub model: &'static Model,
@@ -60,10 +63,12 @@ pub struct Layout {
     pub table: Arc<Table>,
     /// Its GUID.
     pub guid: String,
-    /// Number of inputs.
-    pub inputs: usize,
-    /// Number of parameters.
-    pub parameters: usize,
+    /// Start values of the inputs.
+    pub inputs: Vec<f64>,
+    /// Start values of the parameters.
+    pub parameters: Vec<f64>,
+    /// Of a variant: its name, and the value references of inputs and parameters that may be set.
+    pub variant: Option<(String, BTreeSet<u32>)>,
     /// Number of computed variables.
     pub computed: usize,
     /// Number of continuous states.
@@ -78,16 +83,34 @@ impl Layout {
     /// The layout of a model from a source with a fingerprint, if it is not one of [`pneumatic_servo`].
     pub fn new(model: &'static Model, source: Option<&str>) -> Self {
         let table = model.shared_table();
+        let start = |variable: &Variable| variable.start.unwrap_or_default();
         Self {
             model,
             guid: guid_of_source(model, source),
-            inputs: table.inputs().count(),
-            parameters: table.parameters().count(),
+            inputs: table.inputs().map(start).collect(),
+            parameters: table.parameters().map(start).collect(),
+            variant: None,
             computed: table.computed().count(),
             states: table.number_of_states(),
             indicators: model.indicators(),
             indicator_variables: model.indicator_variables(),
             table,
+        }
+    }
+
+    /// The layout of a variant of the model.
+    pub fn varied(&self, guid: String, name: String, resolved: Resolved) -> Self {
+        let Resolved { parameters, inputs, settable, outputs: _ } = resolved;
+        Self { guid, inputs, parameters, variant: Some((name, settable)), ..self.clone() }
+    }
+
+    /// Refuses to set a variable that a variant has fixed.
+    pub fn check_kept(&self, variable: &Variable) -> Result<(), Failure> {
+        match &self.variant {
+            Some((variant, settable)) if !(variable.is_computed() || settable.contains(&variable.reference)) => {
+                Err(Failure::error(format!("{} is fixed in {variant} and cannot be set", variable.name)))
+            }
+            _ => Ok(()),
         }
     }
 

@@ -22,11 +22,11 @@ const ALL: usize = 5;
 
 /// The log categories of every model of this library.
 pub const LOG_CATEGORIES: [LogCategory; 6] = [
-    LogCategory { name: "logEvents", description: "Life of the instance: initialization, reset, restored states" },
-    LogCategory { name: "logStatusWarning", description: "What is unusual but does no harm" },
+    LogCategory { name: "logEvents", description: "Initialization, reset and restored states of the instance" },
+    LogCategory { name: "logStatusWarning", description: "Unusual values and settings, which are accepted" },
     LogCategory {
         name: "logStatusDiscard",
-        description: "Steps that could not be completed, always logged, and states without meaning that a solver tries",
+        description: "Steps that could not be completed, which are always logged, and impossible states that a solver tries",
     },
     LogCategory { name: "logStatusError", description: "Calls that were refused; always logged" },
     LogCategory { name: "logStatusFatal", description: "Internal errors; always logged" },
@@ -72,6 +72,11 @@ impl Log {
     /// Logs a step in the life of the instance.
     pub fn event(&self, text: &str) {
         self.if_enabled(EVENTS, Status::Ok, text);
+    }
+
+    /// Whether warnings are logged.
+    pub fn takes_warnings(&self) -> bool {
+        self.enabled[WARNING] || self.enabled[ALL]
     }
 
     /// Logs a warning.

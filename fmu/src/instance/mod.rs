@@ -11,6 +11,7 @@
 //! | `codec` | saved states as bytes |
 //! | `log`, `notices` | messages to the host |
 //! | `guid` | the GUID |
+//! | `variant` | values of a configured FMU, from its resources |
 
 mod arrays;
 mod clock;
@@ -31,6 +32,7 @@ mod steps;
 #[cfg(test)]
 mod testing;
 mod values;
+mod variant;
 
 use std::sync::Arc;
 
@@ -48,6 +50,7 @@ pub use self::registry::Library;
 pub use self::registry::only;
 use self::running_model::RunningModel;
 use self::saved_states::SavedStates;
+pub use self::variant::Resources;
 use crate::calls::Mode;
 use crate::failure::Failure;
 use pneumatic_servo::variables::Notices;
@@ -89,10 +92,10 @@ impl Instance {
             saved: SavedStates::default(),
             notices: Notices::default(),
             scratch: Scratch {
-                parameters: vec![0.0; layout.parameters],
+                parameters: vec![0.0; layout.parameters.len()],
                 time: 0.0,
-                slopes: vec![0.0; layout.parameters],
-                inputs: vec![0.0; layout.inputs],
+                slopes: vec![0.0; layout.parameters.len()],
+                inputs: vec![0.0; layout.inputs.len()],
                 states: vec![0.0; layout.states],
                 indicators: vec![0.0; layout.indicators.len()],
                 computed: vec![0.0; layout.computed],
@@ -141,6 +144,7 @@ impl Instance {
             }
         };
         self.log.event("initialized");
+        self.tell_start_values();
         self.tell_notices()
     }
 

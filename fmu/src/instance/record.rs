@@ -6,7 +6,6 @@ use super::layout::Layout;
 use crate::calls::Mode;
 use crate::failure::Failure;
 use pneumatic_servo::model::{Seeds, Start};
-use pneumatic_servo::variables::Variable;
 
 /// The experiment as the host asks for it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -81,14 +80,13 @@ pub struct Record {
 impl Record {
     /// The record of a new instance.
     pub fn new(layout: &Layout, kind: Kind) -> Self {
-        let start = |variable: &Variable| variable.start.unwrap_or_default();
         Self {
             kind,
             mode: Mode::Instantiated,
             experiment: None,
-            parameters: layout.table.parameters().map(start).collect(),
-            inputs: layout.table.inputs().map(start).collect(),
-            slopes: vec![0.0; layout.inputs],
+            parameters: layout.parameters.clone(),
+            inputs: layout.inputs.clone(),
+            slopes: vec![0.0; layout.inputs.len()],
             last_step: LastStep::default(),
         }
     }

@@ -81,6 +81,12 @@ impl Library {
         Some(layout)
     }
 
+    /// The layout of the model of a name.
+    pub(super) fn of_name(&self, name: &str) -> Option<Arc<Layout>> {
+        let model = self.models().iter().find(|model| model.name == name)?;
+        self.find(&guid_of_source(model, self.source))
+    }
+
     /// Names and GUIDs of all models, for messages.
     pub(super) fn list(&self) -> String {
         let entry = |model: &Model| format!("{} {}", model.name, guid_of_source(model, self.source));

@@ -117,9 +117,9 @@ impl SavedState {
     /// Refuses a state that no instance of the model can have had.
     fn check(&self, layout: &Layout) -> Result<(), Failure> {
         let record = &self.record;
-        let fits = record.parameters.len() == layout.parameters
-            && record.inputs.len() == layout.inputs
-            && record.slopes.len() == layout.inputs
+        let fits = record.parameters.len() == layout.parameters.len()
+            && record.inputs.len() == layout.inputs.len()
+            && record.slopes.len() == layout.inputs.len()
             && record.slopes.iter().all(|slope| slope.is_finite())
             && record.last_step.successful_until.is_finite()
             && record.mode != Mode::Fatal

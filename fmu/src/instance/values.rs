@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::Instance;
-use super::layout::Base;
+use super::layout::{Base, Layout};
 use crate::calls::{Mode, describe};
 use crate::failure::Failure;
 use pneumatic_servo::variables::{Entry, Kind, Place, Role, Variable};
@@ -126,7 +126,8 @@ impl Instance {
     /// Refuses a start value other than in the description, since states start from parameters and inputs. The described one
     /// may be set, with no effect: the standards call it a guess.
     fn check_guess(&self, state: &Variable, value: f64) -> Result<(), Failure> {
-        let start = self.layout.model.default_starts()?.get(&state.reference).copied();
+        let Layout { model, parameters, inputs, .. } = &*self.layout;
+        let start = model.starts_with(parameters, inputs)?.get(&state.reference).copied();
         if start == Some(value) {
             return Ok(());
         }
@@ -154,6 +155,9 @@ impl Instance {
 
     fn check_settable(&self, slot: &Entry) -> Result<(), Failure> {
         let variable = slot.variable;
+        if slot.state.is_none() {
+            self.layout.check_kept(variable)?;
+        }
         let modes = if slot.state.is_some() { STATES_SETTABLE } else { settable(variable) };
         if modes.contains(&self.record.mode) { Ok(()) } else { Err(not_settable(variable, modes)) }
     }

@@ -143,6 +143,24 @@ fn shares_that_do_not_add_up_to_1_are_warned_of_at_the_start() {
     assert!(warnings(&instance).is_empty());
 }
 
+#[test]
+fn start_values_without_effect_or_in_a_forgotten_unit_are_warned_of() {
+    let instance = Instance::with_logging(cylinder(), true);
+    let changed = ["friction.lugre.Fs", "supply.C", "valve.bandwidth"].map(vr);
+    assert_eq!(instance.set_real(&changed, &[40.0, 2e-8, 0.12]), OK);
+    instance.initialize();
+    let told = warnings(&instance);
+    assert_eq!(told.len(), 3, "{told:?}");
+    let expected = [
+        "supply.C has no effect: it counts only with supply.volume above 0",
+        "friction.lugre.Fs has no effect: it counts only with friction.law = LuGre, and here it is Stribeck",
+        "did you mean 0.12 kHz, which is 120 Hz?",
+    ];
+    assert!(expected.iter().all(|end| told.iter().any(|text| text.ends_with(end))), "{told:?}");
+    assert_eq!(instance.step(0.0, 0.01), OK);
+    assert!(warnings(&instance).is_empty());
+}
+
 /// `printf` prints a message as it was meant, whether or not the host's logger knows of variadic arguments.
 #[test]
 fn percent_signs_are_doubled_and_nothing_asks_for_an_argument() {

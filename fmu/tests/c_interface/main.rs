@@ -17,3 +17,4 @@ mod steps;
 mod symbols;
 mod threads;
 mod values;
+mod variant;

@@ -68,19 +68,24 @@ pub extern "C" fn logger(environment: *mut c_void, status: c_int, category: *con
 
 /// A component, or NULL, and what was logged meanwhile.
 pub fn instantiate(way: Way, name: &CStr, token: &CStr) -> (*mut c_void, Box<Messages>) {
+    instantiate_in(way, name, token, None)
+}
+
+/// The same with a folder of resources.
+pub fn instantiate_in(way: Way, name: &CStr, token: &CStr, resources: Option<&CStr>) -> (*mut c_void, Box<Messages>) {
     let messages = Box::new(Messages::default());
     let environment = ptr::from_ref(&*messages).cast_mut().cast();
-    let (name, token, none) = (name.as_ptr(), token.as_ptr(), ptr::null());
+    let (name, token, folder) = (name.as_ptr(), token.as_ptr(), resources.map_or(ptr::null(), CStr::as_ptr));
     // SAFETY: all strings end with zero bytes, and the messages outlive the instance.
     let component = unsafe {
         match way {
             Way::Exchange => {
-                (LIBRARY3.fmi3InstantiateModelExchange)(name, token, none, 0, 0, environment, Some(logger))
+                (LIBRARY3.fmi3InstantiateModelExchange)(name, token, folder, 0, 0, environment, Some(logger))
             }
             Way::Steps | Way::Events(_) => {
                 let (event_mode, early) = (u8::from(way != Way::Steps), u8::from(way == Way::Events(true)));
                 let make = LIBRARY3.fmi3InstantiateCoSimulation;
-                make(name, token, none, 0, 0, event_mode, early, ptr::null(), 0, environment, Some(logger), None)
+                make(name, token, folder, 0, 0, event_mode, early, ptr::null(), 0, environment, Some(logger), None)
             }
         }
     };
@@ -90,7 +95,7 @@ pub fn instantiate(way: Way, name: &CStr, token: &CStr) -> (*mut c_void, Box<Mes
 /// An instance, freed at the end.
 pub struct Instance3 {
     pub component: *mut c_void,
-    messages: Box<Messages>,
+    pub messages: Box<Messages>,
 }
 
 impl Drop for Instance3 {

@@ -235,22 +235,29 @@ impl Instance {
     }
 
     fn made(model: &Model, fmu_type: c_int, on: bool) -> Self {
+        Self::configured(&fmi2::guid(model), None, fmu_type, on).unwrap_or_else(|messages| panic!("{messages:?}"))
+    }
+
+    /// An instance for a GUID and a folder of resources, or the messages of the refusal.
+    pub fn configured(guid: &str, resources: Option<&CStr>, fmu_type: c_int, on: bool) -> Result<Self, Vec<Message>> {
         let messages = Box::new(Messages::default());
-        let guid = CString::new(fmi2::guid(model)).expect("no zero byte");
+        let guid = CString::new(guid).expect("no zero byte");
         // SAFETY: all strings end with zero bytes, and the messages outlive the instance.
         let component = unsafe {
             (LIBRARY.fmi2Instantiate)(
                 c"test".as_ptr(),
                 fmu_type,
                 guid.as_ptr(),
-                ptr::null(),
+                resources.map_or(ptr::null(), CStr::as_ptr),
                 &callbacks(&messages),
                 0,
                 on.into(),
             )
         };
-        assert!(!component.is_null(), "{:?}", messages.lock());
-        Self { component, messages }
+        if component.is_null() {
+            return Err(messages.into_inner().expect("no panic while logging"));
+        }
+        Ok(Self { component, messages })
     }
 
     /// An initialized instance that starts at 0 s.

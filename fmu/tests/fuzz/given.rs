@@ -92,7 +92,7 @@ pub fn forged_states(bytes: &[u8]) {
 
 /// Does something with each input that is kept for a target.
 fn with_kept(target: &str, work: fn(&[u8])) {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../fuzz/kept").join(target);
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/fuzz/kept").join(target);
     let files: Vec<_> =
         fs::read_dir(&folder).expect("the kept inputs").map(|file| file.expect("a file").path()).collect();
     assert!(files.len() > 10, "{} inputs in {}", files.len(), folder.display());

@@ -8,6 +8,20 @@ use anyhow::{Context, Result};
 use crate::process;
 use crate::tools::Tool;
 
+/// The oldest Rust that compiles the workspace.
+const OLDEST: &str = env!("CARGO_PKG_RUST_VERSION");
+/// Packages of Debian that can compile for every target.
+const DEBIAN: &str = "rustc-web cargo-web rust-web-src";
+
+/// Whether a release comes before another; endings such as `-nightly` do not count.
+fn is_older(release: &str, than: &str) -> bool {
+    let numbers = |text: &str| {
+        let numbers = text.split(['.', '-', '+']).map_while(|part| part.parse().ok());
+        numbers.take(3).collect::<Vec<u32>>()
+    };
+    numbers(release) < numbers(than)
+}
+
 /// A Rust toolchain.
 pub struct Toolchain {
     /// Its Cargo.
@@ -18,6 +32,8 @@ pub struct Toolchain {
     pub sysroot: PathBuf,
     /// The name under which precompiled standard libraries know their source.
     pub source_name: String,
+    /// Release of the compiler.
+    pub release: String,
     /// Whether it compiles the standard library along, because it has none for the target.
     pub compiles_std: bool,
 }
@@ -42,10 +58,12 @@ impl Toolchain {
     fn ask(cargo: PathBuf, rustc: PathBuf) -> Result<Self> {
         let sysroot = process::output(Command::new(&rustc).args(["--print", "sysroot"]))?;
         let version = process::output(Command::new(&rustc).args(["--version", "--verbose"]))?;
-        let commit = version.lines().find_map(|line| line.strip_prefix("commit-hash: "));
-        let commit = commit.context("rustc --version --verbose names no commit")?;
-        let (sysroot, source_name) = (sysroot.trim().into(), format!("/rustc/{commit}"));
-        Ok(Self { cargo, rustc, sysroot, source_name, compiles_std: false })
+        let field = |name: &str| {
+            let value = version.lines().find_map(|line| line.strip_prefix(name)?.strip_prefix(": "));
+            value.with_context(|| format!("rustc --version --verbose names no {name}"))
+        };
+        let (source_name, release) = (format!("/rustc/{}", field("commit-hash")?), field("release")?.to_owned());
+        Ok(Self { cargo, rustc, sysroot: sysroot.trim().into(), source_name, release, compiles_std: false })
     }
 
     /// Where the source of the standard library is, if it is there.
@@ -97,13 +115,26 @@ impl Target {
         if in_use.has(prebuilt) {
             return Ok(Self::Found(in_use, prebuilt));
         }
-        Ok(match Toolchain::of_debian() {
+        Ok(Self::of_debian(Toolchain::of_debian(), prebuilt, from_source))
+    }
+
+    /// Debian's toolchain if it is there and new enough, else what to install.
+    fn of_debian(toolchain: Option<Toolchain>, prebuilt: &str, from_source: &'static str) -> Self {
+        match toolchain {
+            Some(debian) if is_older(&debian.release, OLDEST) => Self::Missing(Tool::new(
+                format!(
+                    "Rust {OLDEST} or newer for {prebuilt}; Debian's {} is {}",
+                    debian.rustc.display(),
+                    debian.release
+                ),
+                format!("apt-get update && apt-get install {DEBIAN}; or rustup target add {prebuilt}"),
+            )),
             Some(debian) => Self::Found(debian, from_source),
             None => Self::Missing(Tool::new(
                 format!("Rust's standard library for {prebuilt}"),
-                format!("rustup target add {prebuilt}; or on Debian: apt install rustc-web cargo-web rust-web-src"),
+                format!("rustup target add {prebuilt}; or on Debian: apt-get update && apt-get install {DEBIAN}"),
             )),
-        })
+        }
     }
 
     /// Missing tool.
@@ -123,5 +154,46 @@ impl Target {
             Self::Found(toolchain, triple) => Ok((toolchain, triple)),
             Self::Missing(tool) => Err(anyhow::anyhow!("missing: {tool}")),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A compiler of Debian that is older than the workspace needs is not called, and the message has the remedy.
+    #[test]
+    fn old_compiler_of_debian_is_refused_with_the_remedy() {
+        let debian = |release: &str| Toolchain {
+            cargo: "/usr/bin/cargo".into(),
+            rustc: "/usr/bin/rustc".into(),
+            sysroot: "/usr".into(),
+            source_name: String::new(),
+            release: release.to_owned(),
+            compiles_std: true,
+        };
+        let find = |release: &str| Target::of_debian(Some(debian(release)), "prebuilt", "from-source");
+        assert_eq!(find(OLDEST).found().unwrap().1, "from-source");
+        let error = find("1.63.0").found().map(|_| ()).unwrap_err().to_string();
+        for part in ["Rust", OLDEST, "1.63.0", "apt-get update", "rustup target add prebuilt"] {
+            assert!(error.contains(part), "{part} is missing: {error}");
+        }
+        assert!(Target::of_debian(None, "prebuilt", "from-source").found().is_err());
+    }
+
+    #[test]
+    fn releases_are_compared_by_their_numbers() {
+        for (release, is_too_old) in [
+            ("1.63.0", true),
+            ("1.89.0", false),
+            ("1.9.0", true),
+            ("1.100.0", false),
+            ("1.89.0-nightly", false),
+            ("2.0.0", false),
+        ] {
+            assert_eq!(is_older(release, "1.89"), is_too_old, "{release}");
+        }
+        let in_use = Toolchain::in_use().unwrap();
+        assert!(!is_older(&in_use.release, OLDEST), "{} compiles this", in_use.release);
     }
 }

@@ -1,4 +1,4 @@
-//! Sources made of a model: its module in WebAssembly, translated, behind the functions in `sources/c`.
+//! Sources made of a model: its module in WebAssembly, translated, behind the functions in `packaging/c`.
 
 use std::collections::BTreeMap;
 
@@ -71,7 +71,7 @@ fn add(
     files: &mut BTreeMap<String, String>,
 ) -> Result<()> {
     for name in by_hand {
-        let file = workspace.home.join("sources/c").join(name);
+        let file = workspace.home.join("packaging/c").join(name);
         let text = std::fs::read_to_string(&file).with_context(|| format!("cannot read {}", file.display()))?;
         files.insert((*name).to_owned(), text);
     }

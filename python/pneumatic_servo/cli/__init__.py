@@ -33,7 +33,8 @@ EPILOG = r"""examples:
   pneumatic-servo series 2026-01-15.csv 2026-07-15.csv --experiment rig --law Stribeck \
       --changing friction.stribeck.Fc --shared valve.C --columns time=t,valveVoltage=u,position=x[mm] --plot wear.png
   pneumatic-servo plan --law Stribeck --fit valve.deadZone,friction.stribeck.Fc
-  pneumatic-servo fmu --out .
+  pneumatic-servo fmu --set rig.ssv --name Axis7 --preset minimal --out axis7.fmu
+  pneumatic-servo fmu --out .                     the FMUs of all models, as they are released
   pneumatic-servo play                            the plant, live in your browser
 
 my.csv has a column `time` in s and one per input, named as the input and in its SI unit, or with its unit:

@@ -64,6 +64,13 @@ def add(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--leak", type=number, nargs=2, metavar=("L/MIN", "BAR"), help="leakage (ANR) of each chamber at a pressure"
     )
+    parser.add_argument(
+        "--cushion", type=number, nargs=2, metavar=("MM", "DM3/(S.BAR)"), help="length, and conductance of the needle"
+    )
+    parser.add_argument("--bumper", type=number, metavar="N/MM", help="stiffness of the stops at both ends")
+    parser.add_argument(
+        "--rebound", type=number, nargs=2, metavar=("PERCENT", "M/S"), help="resilience of the stops in a blow"
+    )
     parser.add_argument("--out", type=Path, metavar="SSV", help="file to write")
 
 

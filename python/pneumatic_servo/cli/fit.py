@@ -63,20 +63,20 @@ def add(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--width", type=float, default=0.04, metavar="S", help="width of smoothing (default: 0.04 s)")
     parser.add_argument(
         "--inputs",
-        metavar="held|lines|smooth",
-        help="course between samples, on straight lines or a smooth curve (default: held, but of forces what fits)",
+        metavar="hold|lines|smooth",
+        help="inputs between samples: held, lines or a smooth curve (default: hold, but of forces what fits)",
     )
     parser.add_argument("--loss", default="linear", help="linear, soft_l1, huber or cauchy (default: linear)")
     parser.add_argument("--intervals", default="jacobian", help="jacobian, profile or bootstrap (default: jacobian)")
-    parser.add_argument("--evidence", action="store_true", help="say whether the data can tell the laws (needs ArviZ)")
-    parser.add_argument("--posterior", type=Path, metavar="CSV", help="draws from the posterior (needs emcee)")
+    parser.add_argument("--evidence", action="store_true", help="whether the data distinguish the laws (needs ArviZ)")
+    parser.add_argument("--posterior", type=Path, metavar="CSV", help="samples of the posterior (needs emcee)")
     parser.add_argument(
         "--cross-validate", default="", metavar="QUANTITY,...",
         help="predict each condition from the others: record, pressure, load, amplitude, speed, supplyPressure",
     )  # fmt: skip
     parser.add_argument(
         "--law-error", type=float, default=0.2, metavar="SHARE",
-        help="what friction is expected to differ by from any law between these conditions (default: 0.2)",
+        help="expected relative deviation of friction from any law between these conditions (default: 0.2)",
     )  # fmt: skip
     parser.add_argument("--out", type=Path, metavar="SSV", help="values that tools load into the FMU")
     parser.add_argument("--json", type=Path, metavar="JSON", help="values with their intervals")
@@ -87,13 +87,13 @@ def add_search(parser: argparse.ArgumentParser) -> None:
     """Add the options of every fit: starts of the search, and errors of sensors."""
     parser.add_argument("--seed", type=int, default=0, metavar="N", help="seed of the random starts (default: 0)")
     parser.add_argument("--starts", type=int, default=32, metavar="N", help="number of random starts (default: 32)")
-    parser.add_argument("--rated", type=float, default=1.0, metavar="N", help="normal force of load level 1, in N")
+    parser.add_argument("--rated", type=float, default=1.0, metavar="N", help="normal force in N of load factor 1")
     parser.add_argument("--encoding", metavar="NAME", help="of the tables (default: UTF-8, else Windows-1252)")
     parser.add_argument(
         "--segment", "--window", type=float, metavar="S", action=Renamed,
         help="start anew from what is measured every S seconds",
     )  # fmt: skip
-    parser.add_argument("--play", type=float, metavar="M", help="play in m that hides the jitter of a position")
+    parser.add_argument("--play", type=float, metavar="M", help="backlash in m that filters the jitter at rest")
 
 
 def run(options: argparse.Namespace) -> None:

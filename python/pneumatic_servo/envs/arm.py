@@ -34,6 +34,14 @@ class Arm:
         Position of the load on the level arm in m from the hinge, away from it and above it.
     mass : float
         Mass of the load in kg, a point.
+
+    Examples
+    --------
+    >>> import pneumatic_servo.envs as envs
+    >>> environment = envs.Positioning(arm=envs.Arm(radius="0.3 m", mass=2.0))
+    >>> observation, _ = environment.reset(seed=1)
+    >>> environment.observation_space.contains(observation)
+    True
     """
 
     radius: float = 0.3

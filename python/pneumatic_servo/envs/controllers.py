@@ -24,6 +24,17 @@ class PositionControllers:
         Parameters of the controllers.
     stroke : float, optional
         The ``cylinder.stroke`` among the task's parameters in m, the unit of observations; its default if not given.
+
+    Examples
+    --------
+    >>> import pneumatic_servo.envs as envs
+    >>> task = {"law": "Stribeck", "period": 1e-3, "duration": 1.0}
+    >>> fleet, controllers = envs.VectorPositioning(4, **task), envs.PositionControllers(4, period=1e-3)
+    >>> observations, _ = fleet.reset(seed=1)
+    >>> for _ in range(100):
+    ...     observations, *_ = fleet.step(controllers(observations))
+    >>> controllers(observations).shape
+    (4, 1)
     """
 
     def __init__(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from reprlib import repr as shortened
 from typing import Any
 
@@ -62,6 +63,15 @@ class Positioning(gymnasium.Env[Observation, NDArray[np.float32]]):
     ----------
     **task
         The fields of `Task`, for example ``law="LuGre"`` or ``laws=[...]`` and ``ranges={...}``.
+
+    Examples
+    --------
+    >>> import pneumatic_servo.envs as envs
+    >>> environment = envs.Positioning(law="LuGre", duration=0.5)
+    >>> observation, _ = environment.reset(seed=1)
+    >>> observation, reward, terminated, truncated, _ = environment.step(environment.action_space.sample())
+    >>> observation.shape, reward <= 0.0, terminated
+    ((5,), True, False)
     """
 
     metadata: dict[str, Any] = {"render_modes": ["human", "rgb_array"], "render_fps": FPS}  # noqa: RUF012 - as declared
@@ -75,6 +85,12 @@ class Positioning(gymnasium.Env[Observation, NDArray[np.float32]]):
         self._drawing: Drawing | None = None
         self._window: Window | None = None
         self._drawn = 0
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        # Gymnasium gives it the specification of all environments of the name, which knows no duration.
+        if name == "spec" and value is not None:
+            value = replace(value, max_episode_steps=self._fleet.task.steps)
+        super().__setattr__(name, value)
 
     def reset(
         self, *, seed: int | None = None, options: Mapping[str, Any] | None = None
@@ -148,6 +164,15 @@ class VectorPositioning(VectorEnv[Observation, NDArray[np.float32], NDArray[Any]
         Number of threads; by default one per core that this process may use.
     **task
         The fields of `Task`.
+
+    Examples
+    --------
+    >>> import pneumatic_servo.envs as envs
+    >>> fleet = envs.VectorPositioning(8, laws=["Stribeck", "LuGre"], ranges={"supplyPressure": ("5 bar", "7 bar")})
+    >>> observations, _ = fleet.reset(seed=1)
+    >>> observations, rewards, *_ = fleet.step(fleet.action_space.sample())
+    >>> observations.shape, rewards.shape
+    ((8, 5), (8,))
     """
 
     metadata: dict[str, Any] = {  # noqa: RUF012

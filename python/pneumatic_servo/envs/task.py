@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, fields, replace
@@ -39,6 +40,10 @@ RANDOM: Mapping[str, tuple[float, float]] = {
 """Ranges of parameters that are drawn for each episode if nothing else is asked for, in SI units."""
 
 
+LONGEST_PERIOD = 1.0
+"""In s; the carriage crosses its stroke in less."""
+
+
 @dataclass(frozen=True)
 class Task:
     """Move the carriage to a target and keep it there.
@@ -66,6 +71,13 @@ class Task:
         Weight of the voltage's square in the reward.
     arm : Arm, optional
         Lever arm that the carriage moves; ``mass.moving`` is then without it.
+
+    Examples
+    --------
+    >>> import pneumatic_servo.envs as envs
+    >>> task = envs.Task(laws=["Stribeck", "LuGre"], targets=("100 mm", "400 mm"), duration="2 s", period="10 ms")
+    >>> envs.Positioning(laws=task.laws, targets=task.targets).reset(seed=1)[0].shape
+    (5,)
     """
 
     law: str | None = None
@@ -136,6 +148,19 @@ class Task:
         for name, value in [("period", self.period), ("duration", self.duration)]:
             if not value > 0:
                 raise ValueError(f"{name} = {value} is refused: it must be positive")
+        if self.period >= LONGEST_PERIOD:
+            raise ValueError(
+                f"period = {self.period:g} s is refused: an action that is held for so long drives the carriage from "
+                f"cover to cover; milliseconds are '{self.period:g} ms'"
+            )
+        if self.duration < self.period:
+            raise ValueError(
+                f"duration = {self.duration:g} s is refused: it is less than a period of {self.period:g} s"
+            )
+        if not 0.0 <= self.effort < math.inf:
+            raise ValueError(
+                f"effort = {self.effort} is refused: it must not be negative, or actions would be rewarded"
+            )
         if self.arm is not None and "externalForce" in {*self.parameters, *self.ranges}:
             raise ValueError("externalForce is refused: the arm is that force")
         if "cylinder.stroke" in self.ranges:
@@ -151,12 +176,12 @@ class Task:
         stays = self.settings(model)
         ends = [{**stays, **{name: pair[end] for name, pair in self.ranges.items()}} for end in (0, 1)]
         runs = [{**own, "friction.law": law} for own in ends for law in self.laws or (str(stays["friction.law"]),)]
-        effects.tell_runs(model.variables, runs, [*self.parameters, *self.ranges])
+        effects.tell_runs(model, runs, [*self.parameters, *self.ranges])
         plant_warnings.warn_size(model.variables, ends)
         for own in ends if self.ranges else ends[:1]:
             # Both ends together may be refused where no episode is, which is for the plants to say.
             with suppress(Refused):
-                plant_warnings.warn_notices(model.variables, model._native.start(list(own.items()), 0.0).notices(), own)
+                effects.tell_notices(model, model._native.start(list(own.items()), 0.0).notices(), own)
             model._tell_saturated(own)
 
     @property

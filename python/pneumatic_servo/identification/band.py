@@ -30,6 +30,19 @@ class Band:
         A run for each draw.
     units : Units
         The units of the fit.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import pneumatic_servo as ps
+    >>> t = np.arange(0.0, 1.0, 0.02)
+    >>> noise = 0.1 * np.random.default_rng(0).standard_normal(len(t))
+    >>> data = {"time": t, "position": 0.01 * np.sin(6.0 * t), "frictionForce": 7.0 * np.sign(np.cos(6.0 * t)) + noise}
+    >>> found = ps.fit(data, experiment="motion", law="Coulomb", starts=0, posterior=True, progress=False)
+    >>> band = found.posterior.predict(number=20, stop=0.1, step=1e-2)
+    >>> low, middle, high = band.of(next(iter(band.runs.variables)))
+    >>> bool(np.all(low <= middle) and np.all(middle <= high))
+    True
     """
 
     runs: Runs

@@ -7,7 +7,7 @@ residuals of an experiment, and how its simulation changes.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -16,7 +16,6 @@ from pneumatic_servo.identification.fitted import Estimate, Fitted
 from pneumatic_servo.identification.parameters import Free, free_of
 from pneumatic_servo.identification.problem import OtherForm
 from pneumatic_servo.identification.residuals import Residuals
-from pneumatic_servo.identification.solve import native
 
 
 @dataclass(frozen=True)
@@ -74,18 +73,9 @@ def causes(fit: Fitted, residuals: Residuals) -> tuple[Cause, ...]:
     settings = {numbers[0]: Free.of(numbers, experiment.units) for numbers in own}
     sensors = {name: free_of(name, experiment.table, experiment.compared, experiment.beside, name) for name in names}
 
-    def changed(kind: str, name: str, item: str, clock: float) -> _native.LeastSquares:
-        if kind == "clock":
-            return native(replace(problem, clock=clock))
-        if kind == "chosen":
-            is_named = bool(experiment.table.variables[name].items)
-            other = experiment.with_setting(name, item if is_named else float(item))
-            return native(replace(problem, experiment=other))
-        return native(problem.with_free([*problem.free, settings.get(name) or sensors[name]]))
-
-    found = native(problem).causes(
-        x, experiment.compared, [free.numbers for free in settings.values()],
-        [free.numbers for free in sensors.values()], choices, has_clock, is_noise, changed,
+    found = problem.native.causes(
+        x, [free.numbers for free in settings.values()], [free.numbers for free in sensors.values()], choices,
+        has_clock, is_noise,
     )  # fmt: skip
     fixed = {name: item for name, item, _ in choices}
     every = {**settings, **sensors}

@@ -304,14 +304,11 @@ def _mean_friction(problem: Problem, x: Array) -> tuple[float, Array]:
 
 def _means(problem: Problem, x: Array) -> float:
     total, number = 0.0, 0
-    every = [(problem.values(x), problem.begins(x))]
-    for group in problem.groups():
-        runs = problem.run(group, every, ["frictionForce"])
-        for place, window in enumerate(group):
-            record = problem.windows[window].record
-            course = np.interp(record.time, record.grid, runs["frictionForce"][place])
-            total += float(np.sum(np.abs(course[problem.windows[window].used])))
-            number += int(np.sum(problem.windows[window].used))
+    friction = problem.native.recorded(x, problem.tolerance, ["frictionForce"])
+    for window, [on_grid] in zip(problem.windows, friction, strict=True):
+        course = np.interp(window.record.time, window.record.grid, on_grid)
+        total += float(np.sum(np.abs(course[window.used])))
+        number += int(np.sum(window.used))
     return total / number
 
 

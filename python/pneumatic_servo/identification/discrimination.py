@@ -114,7 +114,13 @@ def _side(fit: Fit) -> tuple[Experiment, tuple[Free, ...]]:
     values = {name: value for name, value in fit.values.items() if name in table.variables}
     known = {name: value for name, value in experiment.settings.items() if name in table.variables}
     kind = sensed(experiment.name, fit.law, known)
-    free = free_parameters(kind, list(values))
+    ties = {tie.name: f"{tie.name}={tie.text}" for tie in experiment.ties if tie.name in values}
+    used = {name for tie in experiment.ties if tie.name in ties for name in tie.names}
+    words = [ties.get(name, name) for name in values]
+    # Numbers that only expressions use have no start of their own.
+    words += [f"{name}={value!r}" for name, value in fit.values.items() if name in used and name not in values]
+    free = free_parameters(kind, words)
+    values = {**fit.values, **values}
     return kind, tuple(replace(one, is_given=False).at(values[one.name]) for one in free)
 
 
@@ -124,14 +130,14 @@ def _distance(
 ) -> float | str:  # fmt: skip
     """Return the residual of the true law under the rival, or why it cannot be simulated."""
     kind, free = truth
-    record = imagined(kind, time, course, {one.name: one.start for one in free})
+    record = imagined(kind, time, course, kind.tied({one.name: one.start for one in free}))
     if isinstance(record, str):
         return record
     sensors = {signal: Sensor(noises[signal]) for signal in kind.compared}
     if kind.name == "motion":
         problem = Problem.of(kind, [record], free, 0.0).seen_by(sensors)
         # The measured signal is zero there, so the difference is minus the simulation.
-        [[difference]] = problem.differences([problem.start])
+        [difference] = problem.differences(problem.start)
         record = Record(record.name, time, 0.0, {**record.signals, **{name: -one for name, one in difference.items()}})
     other, others = rival
     problem = Problem.of(other, [record], others, 0.0).seen_by(sensors).bounded()

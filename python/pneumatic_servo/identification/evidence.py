@@ -29,18 +29,19 @@ from pneumatic_servo.identification.result import Fit
 from pneumatic_servo.identification.sampling import Proposal
 from pneumatic_servo.identification.sensor import Sensor
 from pneumatic_servo.identification.solve import jacobian
+from pneumatic_servo.names import tell_renamed
 
 Array = NDArray[np.float64]
 
 CHUNK = 50
 """Draws that are simulated at once."""
 FEWEST_BLOCKS = 5
-"""Stretches without which no standard error is worth its name."""
+"""The fewest segments for a standard error."""
 DOUBTFUL = 0.7
-"""Shapes of the Pareto distribution above this say that a stretch tells too much to be left out by weights."""
+"""Shapes of the Pareto distribution above which a segment has too much influence for the weights."""
 SMALL = 4.0
 """Differences of the elpd below this are small, however sure they are."""
-COLUMNS = ["law", "elpd", "difference", "standard error", "is told from the first", "largest k-hat"]
+COLUMNS = ["law", "elpd", "difference", "standard error", "distinguished from the first", "largest k-hat"]
 
 
 @dataclass(frozen=True)
@@ -52,21 +53,29 @@ class Preference:
     law : str
         The law.
     elpd : float
-        Sum over the stretches of the logarithm of the density of what was measured there, predicted from all others.
+        Expected log predictive density: sum over the segments of the log density of their data, predicted from the
+        others.
     difference, error : float
-        Difference of that from the first law, and its standard error, from its scatter among stretches.
-    is_told : bool
-        Whether the data tell the law from the first: by more than the 95 % interval of the difference, and more than 4.
-    shapes : ndarray of shape (stretches,)
-        Shapes k of the Pareto distributions; a value above 0.7 says that the elpd of the stretch is not to be trusted.
+        Difference of the elpd from that of the first law, and its standard error, from the scatter among segments.
+    is_distinguished : bool
+        Whether the data distinguish the law from the first: by more than the 95 % interval of the difference, and by
+        more than 4.
+    shapes : ndarray of shape (segments,)
+        Shapes k of the Pareto distributions; above 0.7 the elpd of the segment is unreliable.
     """
 
     law: str
     elpd: float
     difference: float
     error: float
-    is_told: bool
+    is_distinguished: bool
     shapes: Array
+
+    @property
+    def is_told(self) -> bool:
+        """The earlier name of `is_distinguished`."""
+        tell_renamed("is_told", "is_distinguished")
+        return self.is_distinguished
 
 
 @dataclass(frozen=True)
@@ -76,19 +85,26 @@ class Evidence:
     laws: tuple[Preference, ...]
 
     @property
+    def not_distinguished(self) -> tuple[str, ...]:
+        """Laws that the data do not distinguish from the first."""
+        return tuple(one.law for one in self.laws[1:] if not one.is_distinguished)
+
+    @property
     def untold(self) -> tuple[str, ...]:
-        """Laws that the data cannot tell from the first."""
-        return tuple(one.law for one in self.laws[1:] if not one.is_told)
+        """The earlier name of `not_distinguished`."""
+        tell_renamed("untold", "not_distinguished")
+        return self.not_distinguished
 
     @property
     def doubtful(self) -> dict[str, int]:
-        """Stretches with a shape above 0.7, by law; laws without any are left out."""
+        """Numbers of segments with a shape above 0.7, by law; laws without any are omitted."""
         return {one.law: int(np.sum(one.shapes > DOUBTFUL)) for one in self.laws if np.any(one.shapes > DOUBTFUL)}
 
     def rows(self) -> list[tuple[str, float, float, float, bool, float]]:
         """Return the table; its columns are `COLUMNS`."""
         return [
-            (one.law, one.elpd, one.difference, one.error, one.is_told, float(np.max(one.shapes))) for one in self.laws
+            (one.law, one.elpd, one.difference, one.error, one.is_distinguished, float(np.max(one.shapes)))
+            for one in self.laws
         ]
 
     def to_csv(self, file: str | Path) -> None:
@@ -102,12 +118,12 @@ class Evidence:
             for law, elpd, less, error, _, shape in self.rows()
         ]
         first = self.laws[0].law
-        if self.untold:
-            lines.append(f"the data cannot tell {first} from {', '.join(self.untold)}")
+        if self.not_distinguished:
+            lines.append(f"the data do not distinguish {first} from {', '.join(self.not_distinguished)}")
         elif len(self.laws) > 1:
             lines.append(f"the data speak for {first}")
         lines += [
-            f"the elpd of {law} is not to be trusted: {count} stretches tell too much to be left out by weights"
+            f"the elpd of {law} is unreliable: {count} segments have too much influence; use validation data"
             for law, count in self.doubtful.items()
         ]
         return "\n".join(lines)
@@ -131,8 +147,8 @@ def evidence(fits: Sequence[Fit], number: int = 1000, seed: int = 0) -> Evidence
         less = best - elpd
         error = float(np.sqrt(len(less)) * np.std(less, ddof=1))
         difference = float(np.sum(less))
-        is_told = difference > max(SMALL, factor * error)
-        laws.append(Preference(fits[place].law, float(np.sum(elpd)), difference, error, is_told, shapes))
+        is_distinguished = difference > max(SMALL, factor * error)
+        laws.append(Preference(fits[place].law, float(np.sum(elpd)), difference, error, is_distinguished, shapes))
     return Evidence(tuple(laws))
 
 

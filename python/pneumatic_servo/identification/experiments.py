@@ -18,6 +18,7 @@ from pneumatic_servo import _native
 from pneumatic_servo.argument_names import quoted
 from pneumatic_servo.identification.records import Record, plain
 from pneumatic_servo.identification.signals import SLIDING, Units
+from pneumatic_servo.identification.ties import Tie
 from pneumatic_servo.model import Model
 from pneumatic_servo.variables import Value
 
@@ -117,7 +118,7 @@ class Options:
     Attributes
     ----------
     rated : float
-        Normal force in N at which the load level is 1.
+        Normal force in N at which the load factor is 1.
     width : float
         Width in s of the parabolas that give velocities.
     play : float or None
@@ -126,8 +127,19 @@ class Options:
         Length in s after which a simulation starts anew from what is measured; by default the length of the experiment:
         about 0.15 s where measured forces move a mass, never otherwise.
     inputs : str or None
-        Course of measured inputs between samples: ``held``, on straight ``lines``, or ``smooth``, on a curve through
+        Course of measured inputs between samples: ``hold``, on straight ``lines``, or ``smooth``, on a curve through
         them; by default held, but of ``force`` the one that leaves least. Pressures that move a mass are always smooth.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import pneumatic_servo as ps
+    >>> t = np.arange(0.0, 1.0, 0.02)
+    >>> noise = 0.1 * np.random.default_rng(0).standard_normal(len(t))
+    >>> data = {"time": t, "position": 0.01 * np.sin(6.0 * t), "frictionForce": 7.0 * np.sign(np.cos(6.0 * t)) + noise}
+    >>> found = ps.fit(data, experiment="motion", law="Coulomb", starts=0, rated=100.0, progress=False)
+    >>> found.problem.experiment.options == ps.Options(rated=100.0)
+    True
     """
 
     rated: float = 1.0
@@ -137,6 +149,8 @@ class Options:
     inputs: str | None = None
     smooths: bool = True
     """Whether measured forces and pressures are smoothed over the width."""
+    is_smoothing_free: bool = True
+    """Whether the data choose if they are."""
 
 
 class Experiment:
@@ -170,6 +184,7 @@ class Experiment:
         self.notes: list[str] = []
         self.signals: frozenset[str] = frozenset()
         self.held: dict[str, float] = {}
+        self.ties: tuple[Tie, ...] = ()
 
     def __getstate__(self) -> dict[str, Any]:
         """Return what is sent to other processes."""
@@ -179,6 +194,10 @@ class Experiment:
         other = copy(self)
         other.__dict__.update(changes)
         return other
+
+    def tied(self, values: Values) -> dict[str, float]:
+        """Return values with the parameters that follow from them."""
+        return self.native.tied([(tie.name, tie.text) for tie in self.ties], dict(values))
 
     def with_value(self, name: str, value: float) -> Experiment:
         """Return the same experiment with something that was free held at a value."""
@@ -303,19 +322,11 @@ class Experiment:
         """Tell where a position does not change by more than its noise."""
         return self.native.resting(record.numbers)
 
-    def inputs(self, window: Window, values: Values) -> dict[str, Array]:
-        """Return the inputs at the communication points."""
-        return self.native.inputs(window.native, dict(values))
-
-    def start(self, window: Window, values: Values) -> dict[str, Value]:
-        """Return the settings of a run, without the start values of its segment."""
-        return self._typed(self.native.settings(window.native, dict(values)))
-
     def under_law(self, values: Values) -> dict[str, Value]:
         """Return the known and fitted values that the simulated model has, and the law."""
-        return self._typed(self.native.under_law(dict(values)))
+        return self.typed(self.native.under_law(dict(values)))
 
-    def _typed(self, numbers: Mapping[str, float]) -> dict[str, Value]:
+    def typed(self, numbers: Mapping[str, float]) -> dict[str, Value]:
         """Return values as the model shows them."""
         variables = self.simulated.variables
         items = {name: {number: item for item, number in variables[name].ids.items()} for name in numbers}
@@ -328,18 +339,8 @@ class Experiment:
             for name, number in numbers.items()
         }
 
-    def predict(self, window: Window, outputs: Mapping[str, Array], values: Values) -> dict[str, Array]:
-        """Return the compared signals at the communication points."""
-        return self.native.predict(window.native, _plain(outputs), dict(values))
-
-    def differences(
-        self, window: Window, outputs: Mapping[str, Array], values: Values, clock: float = 1.0
-    ) -> dict[str, Array]:
-        """Return measured minus simulated readings of the compared signals."""
-        return self.native.differences(window.native, _plain(outputs), dict(values), clock)
-
     def forces(self, window: Window, values: Values) -> tuple[Array, Array, Array] | None:
-        """Return velocity, friction and load level as far as the data alone tell them, for a start of the fit."""
+        """Return velocity, friction and load factor as far as the data alone tell them, for a start of the fit."""
         return self.native.forces(window.native, dict(values))
 
     def pressure_force(self, window: Window, values: Values) -> Array:

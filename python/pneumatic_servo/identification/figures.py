@@ -116,6 +116,6 @@ def friction_map(fit: Fitted) -> Figure | None:
         curve = steady(fit, float(np.max(np.abs(speed), initial=1e-6)))
         if curve is not None:
             axis.plot(factor * curve[0], curve[1], color=BLUE, label=f"{fit.law}, steady")
-        axis.set(xlabel=f"velocity ({unit})", ylabel=f"friction at load level 1 ({fit.units.of('N')})")
+        axis.set(xlabel=f"velocity ({unit})", ylabel=f"friction at load factor 1 ({fit.units.of('N')})")
         axis.legend()
     return figure

@@ -22,12 +22,23 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Estimate:
-    """A fitted parameter in SI units: its value and the ends of its 95 % interval."""
+    """A fitted parameter in SI units: its value and the ends of its 95 % interval.
+
+    Examples
+    --------
+    >>> from pneumatic_servo.identification import Estimate
+    >>> force = Estimate(value=7.02, low=6.9, high=7.1, unit="N")
+    >>> print(force, float(force) < 7.1)
+    7.02 [6.9, 7.1] N True
+    """
 
     value: float
     low: float
     high: float
     unit: str
+
+    def __float__(self) -> float:
+        return self.value
 
     def __str__(self) -> str:
         return f"{self.value:.6g} [{self.low:.6g}, {self.high:.6g}] {self.unit}"

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from pneumatic_servo import checks, effects, values
 from pneumatic_servo.argument_names import quoted
+from pneumatic_servo.chosen_columns import Column, columns_of
 from pneumatic_servo.errors import warn
 from pneumatic_servo.identification import recorder
 from pneumatic_servo.identification.condition_prediction import USUAL
@@ -22,7 +23,7 @@ from pneumatic_servo.identification.experiments import EXPERIMENTS, INPUTS, Expe
 from pneumatic_servo.identification.fitted import Estimate
 from pneumatic_servo.identification.guess import started
 from pneumatic_servo.identification.intervals import Certainty, certainty, hidden
-from pneumatic_servo.identification.parameters import Free, parse, split, usual
+from pneumatic_servo.identification.parameters import Free, auxiliary, named_by, parse, split, unit_of, usual, words_of
 from pneumatic_servo.identification.plausibility import assumed, check_known_pressures, checked, judged
 from pneumatic_servo.identification.problem import FAILED, Problem, check_jac, tell_underivable
 from pneumatic_servo.identification.records import Record, load
@@ -30,9 +31,14 @@ from pneumatic_servo.identification.result import Fit
 from pneumatic_servo.identification.sampling import emcee_of, sample
 from pneumatic_servo.identification.signals import SIGNALS, SLIDING, Units, starts_of, told_units
 from pneumatic_servo.identification.solve import Solution, solve, with_likely_sensors
-from pneumatic_servo.identification.table import Column, Measured, columns_of, listed, measured
+from pneumatic_servo.identification.table import Measured, listed, measured
+from pneumatic_servo.identification.ties import Tie, is_expression
 from pneumatic_servo.identification.watch import Told, Watch, told
-from pneumatic_servo.identification.whole_records import WholeRecords, under_likely_inputs
+from pneumatic_servo.identification.whole_records import (
+    WholeRecords,
+    under_likely_inputs,
+    under_likely_smoothing,
+)
 from pneumatic_servo.model import Model, Parameters
 from pneumatic_servo.names import did_you_mean, renamed
 from pneumatic_servo.run_errors import Interrupted
@@ -53,6 +59,8 @@ OF_BENCH = {
     "force": {"incline": "rad", "spring": "N/m", "springRest": "m", "friction.direction.factor": "1"},
 }
 """Properties of a test bench that its model does not have."""
+STEP_OF_TIES = 1e-6
+"""Step, as the search sees a parameter, that tells how what is tied to it moves."""
 MOST_LAW_ERROR = 2.0
 """A law that is expected to be off by more says nothing."""
 LOSSES = ("linear", "soft_l1", "huber", "cauchy")
@@ -64,7 +72,7 @@ def fit(
     *,
     experiment: str,
     law: str,
-    fit: str | Sequence[str] = (),
+    fit: str | Sequence[str] | Mapping[str, Any] = (),
     columns: str | Mapping[str, str] | None = None,
     encoding: str | None = None,
     settings: Parameters | None = None,
@@ -77,6 +85,7 @@ def fit(
     play: float | None = None,
     segment: float | None = None,
     inputs: str | None = None,
+    smoothing: bool | None = None,
     loss: str = "linear",
     intervals: str = "jacobian",
     jac: str = "differences",
@@ -102,8 +111,11 @@ def fit(
         given, position and pressures are compared.
     law : str
         Friction law.
-    fit : str or sequence of str
-        What is free: ``NAME[=start][:low:high]``; by default forces, stiffnesses and velocities of the law. Names are
+    fit : str, sequence of str or mapping
+        Estimated parameters: ``NAME[=start][:low:high]``, ``{NAME: start}`` or ``{NAME: (start, low, high)}``, where
+        None is the usual start; by default forces, stiffnesses and velocities of the law. An expression in place of a
+        start ties a parameter to others in SI units, ``friction.stribeck.Fs=1.2*friction.stribeck.Fc``; a name that
+        only expressions use, ``ratio=1.2:1:3``, is a free number. Names are
         parameters of the model, ``gain.SIGNAL``, ``offset.SIGNAL`` and ``delay.SIGNAL`` of signals that are compared or
         drive the model (what is true is ``gain * (reading - offset)``, read so much later), ``lag.SIGNAL`` of those
         compared (the time constant of a filter of first order), for ``motion`` ``area``, ``friction.kappaA`` and
@@ -115,8 +127,8 @@ def fit(
     encoding : str, optional
         Encoding of files of text; by default UTF-8, UTF-16 with a byte order mark, or Windows-1252.
     settings : mapping or path, optional
-        Parameters that are known, with units as for `Model.simulate`, or an SSV file of them. What nobody gives has
-        the model's default, which a note tells.
+        Parameters that are known, with units as for `Model.simulate`, or an SSV file of them. Others have
+        the model's defaults, which a note lists.
     validation : float
         Share of each record, at its end, that is validation data: not fitted but predicted.
     validation_data : path, mapping of arrays, or a sequence of them
@@ -124,18 +136,21 @@ def fit(
     seed, starts : int
         Seed of the random starts, and their number; a start from the data is always among them.
     rated : float
-        Normal force in N at which the load level is 1.
+        Normal force in N at which the load factor is 1.
     width, play, segment, inputs : float or str
-        See `Options`; ``segment`` is its ``window``.
+        See `Options`; ``segment`` is its ``window``. ``inputs`` are held by ``hold``, as those of `Model.simulate`.
+    smoothing : bool, optional
+        Whether measured forces and pressures that move a mass are smoothed over ``width``; by default the one
+        with the smaller residual, which a note states.
     loss : str
         Loss function of ``scipy.optimize.least_squares``.
     intervals : str
         ``jacobian``, ``profile`` or ``bootstrap``.
     jac : str
         Source of the derivatives of residuals: ``differences`` of runs, or the ``exact`` sensitivities of one.
-        Where a run has none by a parameter, differences are taken by that, and a warning tells.
+        Where a run has no derivative with respect to a parameter, differences are used for it, with a warning.
     posterior : bool
-        Whether to draw from the posterior, too: see `Posterior`. It needs emcee, and takes thousands of runs.
+        Whether to sample the posterior, too: see `Posterior`. It needs emcee, and takes thousands of runs.
     cross_validate : str or sequence of str
         What is left out and predicted, one condition after the other: ``record``, ``pressure``, ``load``,
         ``amplitude``, ``speed``, ``supplyPressure``, or several of them; see `CrossValidation`. A record is cut at gaps
@@ -151,7 +166,8 @@ def fit(
     cluster : dask.distributed.Client, optional
         The same by a client of Dask.
     progress : bool or callable
-        Whether to show on the terminal what is being done and the best misfit so far, or what is told it as a text.
+        Whether to show progress and the best residual so far on a terminal, or a function that is called with them as
+        a text.
 
     Returns
     -------
@@ -167,7 +183,7 @@ def fit(
     Warns
     -----
     PlantWarning
-        For what is likely not meant: an assumed supply pressure, a misfit as large as the signal.
+        For likely mistakes: an assumed supply pressure, a residual as large as the signal.
 
     Notes
     -----
@@ -193,7 +209,7 @@ def fit(
         return _fit(
             data, experiment=experiment, law=law, fit=fit, columns=columns, encoding=encoding, settings=settings,
             validation=validation, validation_data=validation_data, seed=seed, starts=starts, rated=rated, width=width,
-            play=play, segment=segment, inputs=inputs, loss=loss, intervals=intervals, jac=jac,
+            play=play, segment=segment, inputs=inputs, smoothing=smoothing, loss=loss, intervals=intervals, jac=jac,
             posterior=posterior,
             cross_validate=cross_validate, law_error=law_error, workers=workers,
             executor=executor if cluster is None else _executor_of(cluster), watch=watch,
@@ -208,17 +224,21 @@ def _executor_of(cluster: Any) -> Executor:
 
 
 def _fit(
-    data: Any, *, experiment: str, law: str, fit: str | Sequence[str], columns: str | Mapping[str, str] | None,
+    data: Any, *, experiment: str, law: str, fit: str | Sequence[str] | Mapping[str, Any],
+    columns: str | Mapping[str, str] | None,
     encoding: str | None, settings: Parameters | None, validation: float, validation_data: Any, seed: int, starts: int,
-    rated: float, width: float, play: float | None, segment: float | None, inputs: str | None, loss: str,
+    rated: float, width: float, play: float | None, segment: float | None, inputs: str | None,
+    smoothing: bool | None, loss: str,
     intervals: str, jac: str, posterior: bool, cross_validate: str | Sequence[str], law_error: float,
     workers: int | None, executor: Executor | None, watch: Watch,
 ) -> Fit:  # fmt: skip
+    inputs = "held" if inputs == "hold" else inputs
     options = Options(
         rated=_positive("rated", values.number_in("N", "rated", rated)),
         width=_positive("width", values.seconds("width", width)),
         play=None if play is None else _not_negative("play", values.number_in("m", "play", play)),
         window=None if segment is None else _positive("segment", values.seconds("segment", segment)), inputs=inputs,
+        smooths=smoothing is not False, is_smoothing_free=smoothing is None,
     )  # fmt: skip
     for name, number in (("starts", starts), ("seed", seed)):
         _not_negative(name, number)
@@ -234,7 +254,9 @@ def _fit(
     if not values.is_number(validation) or not 0.0 <= validation < 1.0:
         raise ValueError(f"{quoted('validation', validation)}: it must be at least 0 and below 1")
     if inputs is not None and inputs not in INPUTS:
-        raise ValueError(f"{quoted('inputs', inputs)}: it must be one of {', '.join(INPUTS)}")
+        raise ValueError(f"{quoted('inputs', inputs)}: it must be one of hold, {', '.join(INPUTS[1:])}")
+    if smoothing not in (None, True, False):
+        raise ValueError(f"{quoted('smoothing', smoothing)}: it must be True, False or None")
     if loss not in LOSSES:
         raise ValueError(f"{quoted('loss', loss)}: it must be one of {', '.join(LOSSES)}")
     if intervals not in ("jacobian", "profile", "bootstrap"):
@@ -245,7 +267,9 @@ def _fit(
             raise ValueError(f"{quoted('posterior')}: the loss {loss} is none of a likelihood; use linear")
         emcee_of()
     check_names(experiment, law)
-    read = columns_of(columns) if columns is not None else None
+    table, beside = EXPERIMENTS[experiment](law, {}, Options()).table, units_beside(experiment, SLIDING)
+    fit = words_of(fit, lambda name: beside.get(name) or unit_of(table, name))
+    read = columns_of(columns, SIGNALS) if columns is not None else None
     sources = _read(data, read, encoding)
     is_extra = isinstance(validation_data, Mapping) or hasattr(validation_data, "iloc") or bool(validation_data)
     extra_sources = _read(validation_data, read, encoding) if is_extra else []
@@ -253,7 +277,7 @@ def _fit(
     kind = make_experiment(
         experiment, law, settings, options, _units(experiment, sources + extra_sources, settings, fit)
     )
-    effects.tell(kind.table.variables, {**kind.settings, "friction.law": law}, kind.settings)
+    effects.tell(kind.table, {**_of_model(kind), "friction.law": law}, kind.settings)
     records, notes = _load(kind, sources, loss)
     extra = _load(kind, extra_sources, loss)[0] if is_extra else []
     _check_sensors(kind)
@@ -275,10 +299,11 @@ def _fit(
     groups = _conditions(fitted, records, cross_validate)
     _check_start(fitted)
     fitted = fitted.bounded()
-    notes += assumed(problem.experiment, [parameter.name for parameter in free])
+    notes += assumed(problem.experiment, [*(one.name for one in free), *(one.name for one in kind.ties)])
     notes += _told_early(fitted, watch)
     try:
         best = solve(fitted, starts, seed, loss, executor, watch)
+        problem, fitted, best = under_likely_smoothing(problem, fitted, best, records, extra, validation, loss, watch)
         problem, fitted, best = under_likely_inputs(problem, fitted, best, loss, watch)
         if whole is not None and problem.experiment.options.window is None:
             uncut = whole.from_segments(fitted, best, watch)
@@ -351,13 +376,10 @@ def _interrupted(problem: Problem, fitted: Problem, watch: Watch, notes: Sequenc
     return interrupted
 
 
-def _units(
-    experiment: str, sources: Sequence[Measured], settings: Parameters | None, fit: str | Sequence[str]
-) -> Units:
+def _units(experiment: str, sources: Sequence[Measured], settings: Parameters | None, words: Sequence[str]) -> Units:
     """Return the units of the machine, as far as anybody wrote one."""
     stated = [(signal, si, where) for source in sources for signal, (si, where) in source.stated.items()]
     given = dict(settings) if isinstance(settings, Mapping) else {}
-    words = split(fit) if isinstance(fit, str) else checks.names("fit", fit)
     given |= {f"{quoted('fit')}: {name}": text for name, text in starts_of(words)}
     return told_units(experiment, stated, given)
 
@@ -426,20 +448,37 @@ def units_beside(name: str, units: Units) -> dict[str, str]:
     return {**OF_SENSORS, **own, **{key: units.of(unit) for key, unit in OF_BENCH.get(name, {}).items()}}
 
 
-def free_parameters(experiment: Experiment, given: str | Sequence[str]) -> list[Free]:
+def _of_model(experiment: Experiment) -> dict[str, Value]:
+    """Return the settings of the model; an experiment has some of its own beside them: the gain of a force, an area."""
+    return {name: value for name, value in experiment.settings.items() if name in experiment.table.variables}
+
+
+def free_parameters(experiment: Experiment, given: str | Sequence[str] | Mapping[str, Any]) -> list[Free]:
     """Return the estimated parameters."""
-    words = split(given) if isinstance(given, str) else checks.names("fit", given)
+    words = words_of(given, lambda name: unit_of(experiment.table, name))
     if not words:
         every = [*usual(experiment.law, experiment.table, experiment.settings), *experiment.unknown]
         words = [name for name in every if name not in experiment.settings]
-    free = [parse(word, experiment.table, experiment.compared, experiment.beside, experiment.units) for word in words]
-    names = [parameter.name for parameter in free]
+    tied = [word for word in words if is_expression(word.partition("=")[2], quoted("fit", word))]
+    ties = [_tie(word, experiment) for word in tied]
+    needed = {name for tie in ties for name in tie.names}
+    free = [
+        auxiliary(word)
+        if (name := named_by(word)) in needed
+        and name not in experiment.table.variables
+        and name not in experiment.beside
+        else parse(word, experiment.table, experiment.compared, experiment.beside, experiment.units)
+        for word in words
+        if word not in tied
+    ]
+    _check_ties(ties, [parameter.name for parameter in free], experiment)
+    experiment.ties = tuple(ties)
+    names = [*(one.name for one in free), *(one.name for one in ties)]
+    settings = {**_of_model(experiment), "friction.law": experiment.law}
     for name in names:
         if names.count(name) > 1:
             raise ValueError(f"{quoted('fit')}: {name} is given twice")
-        need = effects.reason_for(
-            experiment.table.variables, {**experiment.settings, "friction.law": experiment.law}, name
-        )
+        need = effects.reason_for(experiment.table, settings, name)
         if need:
             raise ValueError(f"{quoted('fit', name)}: it has no effect here, since it counts only with {need}")
         if name in experiment.settings:
@@ -452,6 +491,27 @@ def free_parameters(experiment: Experiment, given: str | Sequence[str]) -> list[
             f"{quoted('fit')}: {missing} has no default; it must be free, or fixed by {quoted('settings')}"
         )
     return free
+
+
+def _tie(word: str, experiment: Experiment) -> Tie:
+    """Read `NAME=expression`."""
+    name, _, text = word.partition("=")
+    own = parse(name, experiment.table, experiment.compared, experiment.beside, experiment.units)
+    return Tie(own.name, own.unit, text.strip())
+
+
+def _check_ties(ties: Sequence[Tie], free: Sequence[str], experiment: Experiment) -> None:
+    """Refuse expressions of what has no value, or gets one by a later expression only."""
+    every, known = {tie.name for tie in ties}, {*free, *experiment.settings}
+    for tie in ties:
+        where = quoted("fit", f"{tie.name}={tie.text}")
+        for name in tie.names:
+            variable = experiment.table.variables.get(name)
+            has_default = variable is not None and isinstance(variable.default, float | int) and name not in every
+            if name not in known and not has_default:
+                later = "; its own expression comes later" if name in every else did_you_mean(name, [*known, *every])
+                raise ValueError(f"{where}: there is no parameter {name}{later}")
+        known.add(tie.name)
 
 
 def _read(data: Any, columns: Mapping[str, Column] | None, encoding: str | None) -> list[Measured]:
@@ -512,9 +572,10 @@ def _check_size(problem: Problem) -> None:
 
 def _check_start(problem: Problem) -> None:
     """Refuse a start that cannot be simulated at all, with the model's own words."""
-    problem.refusals.clear()
-    if np.all(np.abs(problem.residuals([problem.start])) == FAILED) and problem.refusals:
-        raise ValueError(f"the start values cannot be simulated: {problem.refusals[0]}")
+    if np.all(np.abs(problem.residuals([problem.start])) == FAILED):
+        why = problem.native.refusal(problem.start, problem.tolerance)
+        if why is not None:
+            raise ValueError(f"the start values cannot be simulated: {why}")
 
 
 def _result(problem: Problem, x: Array, converged: bool, message: str, sure: Certainty, notes: Sequence[str]) -> Fit:
@@ -525,12 +586,39 @@ def _result(problem: Problem, x: Array, converged: bool, message: str, sure: Cer
     }
     rms = problem.rms(x)
     if not all(np.isfinite(value) for value in rms.values()):
-        converged, message = False, f"the fitted values cannot be simulated: {next(iter(problem.refusals), '')}"
+        why = problem.native.refusal(x, problem.tolerance)
+        converged, message = False, f"the fitted values cannot be simulated: {why}"
+    parameters |= _of_ties(problem, x, sure)
     return Fit(
         converged=converged, law=problem.experiment.law, parameters=parameters, rms=rms,
         validation_rms=problem.rms(x, held=True), not_identifiable=sure.reasons, aic=_aic(problem, x),
         notes=tuple(notes), problem=problem, x=x, certainty=sure, message=message,
     )  # fmt: skip
+
+
+def _of_ties(problem: Problem, x: Array, sure: Certainty) -> dict[str, Estimate]:
+    """Return estimates of tied parameters, whose errors those of the free ones make in proportion."""
+    if not problem.experiment.ties:
+        return {}
+    halves = np.array([
+        0.5 * (free.inner(high) - free.inner(low)) if np.isfinite(high - low) and low > (0.0 if free.is_logarithmic else
+                                                                                        -np.inf) else np.inf
+        for free, low, high in zip(problem.free, sure.low, sure.high, strict=True)
+    ])  # fmt: skip
+    middle, found = problem.values(x), {}
+    slopes = np.zeros((len(problem.experiment.ties), len(x)))
+    for place in range(len(x)):
+        step = STEP_OF_TIES * max(1.0, abs(float(x[place])))
+        ahead, behind = (problem.values(x + sign * step * np.eye(len(x))[place]) for sign in (1.0, -1.0))
+        slopes[:, place] = [(ahead[tie.name] - behind[tie.name]) / (2.0 * step) for tie in problem.experiment.ties]
+    for tie, slope in zip(problem.experiment.ties, slopes, strict=True):
+        moved = np.flatnonzero(slope)
+        errors = slope[moved] * halves[moved]
+        half = float(np.sqrt(max(errors @ sure.correlation[np.ix_(moved, moved)] @ errors, 0.0)))
+        half = half if np.all(np.isfinite(errors)) else np.inf
+        value = middle[tie.name]
+        found[tie.name] = Estimate(value, value - half, value + half, tie.unit)
+    return found
 
 
 def _aic(problem: Problem, x: Array) -> float:

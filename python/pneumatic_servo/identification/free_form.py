@@ -31,7 +31,7 @@ STRETCHES = 10
 PENALTIES = np.geomspace(1e-6, 1e2, 9)
 """Weight of the prior of a curve at zero, in units of the mean information of its samples."""
 VARIES = 0.05
-"""A load level that varies by less than this share says nothing of load."""
+"""A load factor that varies by less than this share says nothing of load."""
 FEWEST = 200
 """Samples in motion without which nothing is said."""
 
@@ -50,7 +50,7 @@ class FreeForm:
     unit : str
         Unit of friction.
     velocity, friction : ndarray of shape (samples,)
-        The samples in motion: velocity, and friction divided by the load level.
+        The samples in motion: velocity, and friction divided by the load factor.
     """
 
     law: float
@@ -81,7 +81,7 @@ class FreeForm:
 
 
 def free_form(fit: Fitted, residuals: Residuals) -> FreeForm | None:
-    """Return the residual of free curves; nothing where the data alone do not give friction."""
+    """Return the residual of free curves; nothing where the data alone do not give friction, or only its noise."""
     samples = _samples(fit, residuals)
     if samples is None:
         return None
@@ -89,6 +89,10 @@ def free_form(fit: Fitted, residuals: Residuals) -> FreeForm | None:
     moving = (np.abs(speed) > REST * fastest(speed)) & (level > 1e-3)
     speed, place, level, friction, rest = (values[moving] for values in (speed, place, level, friction, rest))
     if len(rest) < FEWEST:
+        return None
+    law = float(np.sqrt(np.mean(rest**2)))
+    # Without a force sensor friction is the balance of a force and an acceleration, which may be noise.
+    if fit.problem.experiment.name != "motion" and law > float(np.sqrt(np.mean((friction - rest) ** 2))):
         return None
     over_speed = _of_speed(speed)
     columns = {"velocity": over_speed}
@@ -101,7 +105,7 @@ def free_form(fit: Fitted, residuals: Residuals) -> FreeForm | None:
         [last, along, along * way]
     )
     return FreeForm(
-        float(np.sqrt(np.mean(rest**2))),
+        law,
         {name: _predicted(table, rest) for name, table in columns.items()},
         fit.units.of("N"),
         speed,
@@ -110,7 +114,7 @@ def free_form(fit: Fitted, residuals: Residuals) -> FreeForm | None:
 
 
 def _samples(fit: Fitted, residuals: Residuals) -> tuple[Array, Array, Array, Array, Array] | None:
-    """Return velocity, position, load level, friction and its residual under the law, of the fitted samples."""
+    """Return velocity, position, load factor, friction and its residual under the law, of the fitted samples."""
     experiment, problem, values = fit.problem.experiment, fit.problem, fit.values
     is_motion = experiment.name == "motion"
     differences = residuals.differences if is_motion else [{}] * len(problem.windows)

@@ -13,7 +13,6 @@ from pneumatic_servo.identification.compression import triangle
 from pneumatic_servo.identification.parameters import Free
 from pneumatic_servo.identification.problem import Problem
 from pneumatic_servo.identification.profile import profile
-from pneumatic_servo.identification.solve import native
 
 Array = NDArray[np.float64]
 
@@ -111,7 +110,7 @@ class Linearised:
 
 def linearised(problem: Problem, x: Array) -> Linearised:
     """Return the problem about a solution."""
-    derivatives, scores, blocks, records = native(problem).linearised(x)
+    derivatives, scores, blocks, records = problem.native.linearised(x)
     return Linearised(derivatives, scores, np.array(blocks, dtype=np.int64), np.array(records, dtype=np.int64))
 
 
@@ -145,8 +144,11 @@ def at_bounds(problem: Problem, x: Array) -> dict[str, float]:
     least, most = problem.bounds
     found = {}
     for index, free in enumerate(problem.free):
-        for bound in (least[index], most[index]):
-            if abs(x[index] - bound) < AT_BOUND * max(1.0, abs(x[index])):
+        own = problem.experiment.table.variables.get(free.name)
+        physical = () if own is None else (own.minimum, own.maximum)
+        for bound, outer in ((least[index], free.low), (most[index], free.high)):
+            # Beyond a bound of the model is nothing, so that a value there is one like any other.
+            if outer not in physical and abs(x[index] - bound) < AT_BOUND * max(1.0, abs(x[index])):
                 found[free.name] = free.outer(float(bound))
     return found
 
@@ -164,6 +166,9 @@ def _undetermined(problem: Problem, x: Array, low: Array, high: Array, blind: ND
             reasons[free.name] = "its interval is wider than its bounds"
         elif free.is_logarithmic and half > 1.0:
             reasons[free.name] = "its interval is wider than from a third to three times its value"
+        elif not free.is_logarithmic and half > 1.0 and low[index] < free.inner(free.legal[0]):
+            # The default of a parameter without a logarithm is 1, as the search sees it.
+            reasons[free.name] = "its interval reaches beyond what is possible, and is wider than its usual value"
         elif free.name in bounded:
             reasons[free.name] = "it is at a bound"
     return reasons

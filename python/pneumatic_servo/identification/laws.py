@@ -16,7 +16,7 @@ from pneumatic_servo.identification.discrimination import Telling, telling
 from pneumatic_servo.identification.evidence import Evidence, evidence
 from pneumatic_servo.identification.experiments import EXPERIMENTS, Options
 from pneumatic_servo.identification.fitting import Data, fit, make_experiment
-from pneumatic_servo.identification.parameters import named_by, split, usual
+from pneumatic_servo.identification.parameters import named_by, unit_of, usual, words_of
 from pneumatic_servo.identification.result import Fit
 from pneumatic_servo.identification.signals import told_units
 from pneumatic_servo.run import table
@@ -33,6 +33,17 @@ class Ranking:
     ----------
     fits : tuple of Fit
         A fit for each law.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import pneumatic_servo as ps
+    >>> t = np.arange(0.0, 1.0, 0.02)
+    >>> noise = 0.1 * np.random.default_rng(0).standard_normal(len(t))
+    >>> data = {"time": t, "position": 0.01 * np.sin(6.0 * t), "frictionForce": 7.0 * np.sign(np.cos(6.0 * t)) + noise}
+    >>> found = ps.compare_fits(data, ["Coulomb", "Dahl"], experiment="motion", starts=0, progress=False)
+    >>> found.best.aic <= found["Dahl"].aic
+    True
     """
 
     fits: tuple[Fit, ...]
@@ -51,7 +62,7 @@ class Ranking:
     def rows(self) -> list[tuple[str, bool, int, float, float | None, float]]:
         """Return the table; its columns are `COLUMNS`. Residuals are relative to the first law's."""
         return [
-            (found.law, found.converged, len(found.parameters), _total(found, self.fits[0], held=False),
+            (found.law, found.converged, len(found.problem.free), _total(found, self.fits[0], held=False),
              _total(found, self.fits[0], held=True) if found.validation_rms else None, found.aic)
             for found in self.fits
         ]  # fmt: skip
@@ -76,7 +87,7 @@ class Ranking:
         return evidence(self.fits, number, seed)
 
     def telling(self, first: str, second: str, **options: Any) -> Telling:
-        """Return the experiments that would tell two of the laws apart, the most telling first.
+        """Return experiments that discriminate two of the laws, the best first.
 
         Parameters
         ----------
@@ -109,7 +120,7 @@ class Ranking:
             pairs = "".join(
                 f"{found.rms[name]:24.6g}{found.validation_rms.get(name, float('nan')):14.6g}" for name in signals
             )
-            lines.append(f"{found.law:20}{len(found.parameters):5}{pairs}{found.aic:14.1f}")
+            lines.append(f"{found.law:20}{len(found.problem.free):5}{pairs}{found.aic:14.1f}")
         return "\n".join(lines)
 
 
@@ -212,7 +223,7 @@ def _free(
     What is named for all laws, say with bounds, counts instead of the same by default.
     """
     table = make_experiment(experiment, law, settings, Options(), told_units(experiment, [], settings)).table
-    words = [split(given) if isinstance(given, str) else names("fit", given) for given in (own, common)]
+    words = [words_of(given, lambda name: unit_of(table, name)) for given in (own, common)]
     named = {named_by(word) for word in words[1]}
     chosen = words[0] or [name for name in usual(law, table, settings) if name not in named]
     return [word for word in [*chosen, *words[1]] if named_by(word) not in {*settings, *of_others}]

@@ -3,27 +3,26 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pneumatic_servo import _native
+from pneumatic_servo import _native, checks
 from pneumatic_servo.argument_names import quoted
 from pneumatic_servo.identification.signals import SLIDING, Units
 from pneumatic_servo.model import Model
 from pneumatic_servo.names import did_you_mean
 from pneumatic_servo.numerals import finite
-from pneumatic_servo.units import has_unit, written
+from pneumatic_servo.units import has_unit, is_quantity, magnitude, written
+from pneumatic_servo.values import is_number
 from pneumatic_servo.variables import Value
 
 Array = NDArray[np.float64]
 
 NOTHING: Mapping[str, str] = {}
-
-VISCOUS = ("sigma2", "c1", "c2")
-"""Names of the viscous friction of laws, which the load level does not multiply."""
 
 DAMPING_SPEED = "friction.lugre.vd"
 """Speed above which the damping of LuGre's bristles decays; with 0 it is constant, as in the first publication."""
@@ -105,6 +104,49 @@ def split(text: str) -> list[str]:
     return [word.strip() for word in text.split(",") if word.strip()]
 
 
+def words_of(
+    given: str | Sequence[str] | Mapping[str, Any], unit_of: Callable[[str], str | None], argument: str = "fit"
+) -> list[str]:
+    """Return words NAME[=start][:low:high] of a text, a list of them, or a mapping of names to starts.
+
+    A start is a number, a text, a number with a unit, an expression of other parameters, or None for the usual one;
+    ``(start, low, high)`` has bounds, too.
+    """
+    if isinstance(given, str):
+        return split(given)
+    if not isinstance(given, Mapping):
+        return checks.names(argument, given)
+    words = []
+    for name, value in given.items():
+        where = quoted(argument, {name: value})
+        if isinstance(value, tuple) and len(value) == 3:
+            words.append(f"{name}={':'.join(_text(one, name, unit_of, where) for one in value)}")
+        else:
+            words.append(name if value is None else f"{name}={_text(value, name, unit_of, where)}")
+    return words
+
+
+def _text(value: Any, name: str, unit_of: Callable[[str], str | None], where: str) -> str:
+    """Return a start or a bound as it is written in a word."""
+    if isinstance(value, str):
+        return value
+    if isinstance(value, tuple) and len(value) == 2 and isinstance(value[1], str):
+        return f"{value[0]} {value[1]}"
+    if is_quantity(value):
+        unit = unit_of(name)
+        if unit is None:
+            raise ValueError(f"{where}: there is no unit of {name} to convert to; write a number or a text")
+        value = magnitude(value, unit, where)
+    if not is_number(value):
+        raise ValueError(f"{where}: it must be a number, a text, None, or (start, low, high)")
+    return repr(float(value))
+
+
+def unit_of(model: Model, name: str) -> str | None:
+    """Return the SI unit of a variable of a model, if there is such a one."""
+    return model.variables[name].unit if name in model.variables else None
+
+
 def named_by(word: str) -> str:
     """Return the name in `NAME[=start][:low:high]`."""
     return word.partition(":")[0].partition("=")[0].strip()
@@ -151,6 +193,21 @@ def _number(text: str, unit: str, where: str) -> float:
     return written(text, unit, where) if has_unit(text) else finite(text, where)
 
 
+def auxiliary(word: str) -> Free:
+    """Read `NAME=start[:low:high]` of a number that only expressions of other parameters use, as a ratio."""
+    where = quoted("fit", word)
+    head, *bounds = word.split(":")
+    name, _, start = head.partition("=")
+    if not start or len(bounds) not in (0, 2):
+        raise ValueError(f"{where}: {name} is none of the model, so that it needs a start: NAME=start[:low:high]")
+    value = _number(start, "1", where)
+    low, high = (_number(bound, "1", where) for bound in bounds or ("-1e300", "1e300"))
+    if not low <= value <= high:
+        raise ValueError(f"{where}: the start {_shown(value)} is not within {_range(low, high, '1')}")
+    ends = (low, high) if bounds else (-math.inf, math.inf)
+    return Free(name.strip(), "1", value, *ends, abs(value) or 1.0, True, bool(bounds), ends)
+
+
 def free_of(name: str, model: Model, compared: Sequence[str], beside: Mapping[str, str], where: str) -> Free:
     """Return a parameter with the start and the bounds that its model has for it."""
     kind, dot, signal = name.partition(".")
@@ -180,7 +237,7 @@ def free_of(name: str, model: Model, compared: Sequence[str], beside: Mapping[st
 
 
 OF_LOAD = ("friction.kappaA", "friction.direction.factor")
-"""Parameters of the cylinder that make the load level of a test bench."""
+"""Parameters of the cylinder that make the load factor of a test bench."""
 
 
 def _check_range(free: Free, low: float, high: float, where: str) -> None:
@@ -208,12 +265,6 @@ def group_of(law: str, model: Model) -> str:
         )
     own = (name for name, variable in model.parameters.items() if variable.counts_for == ("friction.law", law))
     return next(own, "").rpartition(".")[0]
-
-
-def viscous_of(law: str, model: Model) -> list[str]:
-    """Return the parameters of the viscous friction of a law."""
-    group = group_of(law, model)
-    return [name for kind in VISCOUS if (name := f"{group}.{kind}") in model.parameters]
 
 
 def usual(law: str, model: Model, settings: Mapping[str, Value]) -> list[str]:

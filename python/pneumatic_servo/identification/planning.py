@@ -85,7 +85,17 @@ class Candidate(Excitation):
 
 @dataclass(frozen=True)
 class Plan:
-    """Candidates, the most telling first, and the values they were judged at."""
+    """Candidates, the most informative first, and the parameter values at which they were simulated.
+
+    Examples
+    --------
+    >>> import pneumatic_servo as ps
+    >>> found = ps.plan(law="Coulomb", experiment="motion", duration=2.0, step=0.01, noise={"frictionForce": "0.1 N"},
+    ...                 progress=False)
+    >>> found.best.half["friction.coulomb.Fc"] < 0.5 * found.values["friction.coulomb.Fc"]
+    True
+    >>> found.to_csv("excitation.csv")
+    """
 
     candidates: tuple[Candidate, ...]
     values: Mapping[str, float]
@@ -107,7 +117,7 @@ class Plan:
         self.best.to_csv(file)
 
     def __repr__(self) -> str:
-        lines = ["excitations, the most telling first:"]
+        lines = ["excitations, the most informative first:"]
         lines += [f"  {candidate.information:10.1f}  {candidate.name}" for candidate in self.candidates]
         lines.append(f"with {self.best.name}, half of the 95 % interval will be about:")
         for name, half in self.best.half.items():
@@ -243,7 +253,7 @@ class _Judge:
         """Return the intervals of an excitation, or why it cannot be simulated."""
         name, course = candidate
         values = {parameter.name: parameter.start for parameter in self.free}
-        record = imagined(self.kind, self.time, course, values)
+        record = imagined(self.kind, self.time, course, self.kind.tied(values))
         if isinstance(record, str):
             return f"{name}: {record}"
         sensors = {name: Sensor(self.noises[name]) for name in self.kind.compared}

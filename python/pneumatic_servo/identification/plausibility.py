@@ -94,7 +94,7 @@ def judged(experiment: Experiment, measured: Mapping[str, Array], rms: Mapping[s
             unit = experiment.units.of_signal(signal)
             warn(
                 f"the fitted model does not describe {signal}: RMS residual {rms[signal]:.4g} {unit} of a signal that "
-                f"varies by {spread:.4g} {unit} rms; look at units, signs, what was assumed, and what is free"
+                f"varies by {spread:.4g} {unit} rms; check units, signs, assumed values and estimated parameters"
             )
 
 
@@ -145,12 +145,12 @@ def _check_position(experiment: Experiment, source: Measured, low: float, high: 
     if low >= -margin and high <= stroke + margin:
         return
     if high <= margin and -low <= stroke + margin and low < -margin:
-        raise ValueError(f"{told}, below the end of the instroke; is its sign turned? then write position=-column")
+        raise ValueError(f"{told}, below the retracted end; is its sign turned? then write position=-column")
     is_default = "" if "cylinder.stroke" in experiment.settings else ", which is its default"
     fits = 1e-3 * low >= -margin and 1e-3 * high <= stroke + margin
     raise ValueError(
         f"{told}, but cylinder.stroke = {stroke:g} m{is_default}; "
-        + (mm if fits and high > 1.0 else "give the stroke, and count the position from the end of the instroke")
+        + (mm if fits and high > 1.0 else "give the stroke, and count the position from the retracted end")
     )
 
 
@@ -237,10 +237,7 @@ def _without_outliers(source: Measured, loss: str, units: Units) -> tuple[Measur
         more = f" and {len(wrong) - SHOWN} more" if len(wrong) > SHOWN else ""
         told = f"{source.name}: {signal} is far off all samples around it at {', '.join(first)}{more}"
         if loss == "linear":
-            raise ValueError(
-                f"{told}; correct or remove what is no measurement, or let a robust loss bridge it, "
-                f"{quoted('loss', 'soft_l1')}"
-            )
+            raise ValueError(f"{told}; correct or remove the sample, or use a robust loss, {quoted('loss', 'soft_l1')}")
         notes.append(f"{told}; it is bridged")
         bridged = values.copy()
         bridged[wrong] = usual[wrong]

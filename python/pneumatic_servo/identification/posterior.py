@@ -45,7 +45,7 @@ class Posterior:
         Effective number of samples of each parameter.
     r_hat : dict
         Between-chain against within-chain spread of the split chains (A. Gelman et al., Bayesian Data Analysis, 2013):
-        1 where the chains have come to the same end.
+        1 where the chains have converged to the same distribution.
     acceptance : float
         Share of the proposals that were taken.
     model : str
@@ -54,6 +54,18 @@ class Posterior:
         Common settings of its runs: the law and fixed parameters.
     ranges : Ranges
         From where to where the data went that the posterior is of.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import pneumatic_servo as ps
+    >>> t = np.arange(0.0, 1.0, 0.02)
+    >>> noise = 0.1 * np.random.default_rng(0).standard_normal(len(t))
+    >>> data = {"time": t, "position": 0.01 * np.sin(6.0 * t), "frictionForce": 7.0 * np.sign(np.cos(6.0 * t)) + noise}
+    >>> found = ps.fit(data, experiment="motion", law="Coulomb", starts=0, posterior=True, progress=False)
+    >>> low, high = found.posterior.interval("friction.coulomb.Fc")
+    >>> low < 7.0 < high
+    True
     """
 
     draws: dict[str, Array]
@@ -68,11 +80,11 @@ class Posterior:
 
     @property
     def converged(self) -> bool:
-        """Whether the chains have come to the same end, with enough draws that count as independent."""
+        """Whether the chains have converged to one distribution, with enough effectively independent samples."""
         return all(value < MIXED for value in self.r_hat.values()) and min(self.effective.values()) >= ENOUGH
 
     def interval(self, name: str, level: float = LEVEL) -> tuple[float, float]:
-        """Return the ends between which the middle share ``level`` of the draws of a parameter lies."""
+        """Return the bounds of the middle share ``level`` of the samples of a parameter."""
         if name not in self.draws:
             raise KeyError(f"{name} is not free in this fit; there are {', '.join(self.draws)}")
         check_level(level)
@@ -100,7 +112,7 @@ class Posterior:
     def settings_of(self, number: int = 200) -> dict[str, Array]:
         """Return a number of samples, evenly spread over chains and steps, as parameters for `Model.simulate_many`.
 
-        What is of sensors or a test bench, and none of the model's, is left out.
+        Parameters of sensors or of a test bench, which the model lacks, are omitted.
         """
         whole_number("number", number, least=1)
         table = Model(self.model)

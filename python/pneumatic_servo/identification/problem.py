@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,17 +14,12 @@ from pneumatic_servo import _native
 from pneumatic_servo.argument_names import quoted
 from pneumatic_servo.errors import warn
 from pneumatic_servo.identification.experiments import Experiment, Window
-from pneumatic_servo.identification.parameters import Free, viscous_of
+from pneumatic_servo.identification.parameters import Free
 from pneumatic_servo.identification.records import Record
 from pneumatic_servo.identification.sensor import Sensor
-from pneumatic_servo.run import Runs
 from pneumatic_servo.tasks import available_cores
-from pneumatic_servo.variables import Value
 
 Array = NDArray[np.float64]
-Vectors = Sequence[tuple[Mapping[str, float], Sequence[Mapping[str, float]]]]
-"""Values of the estimated parameters, and start values of each segment, for each vector."""
-
 STEP = 1e-3
 """Step of the differences that make the Jacobian, in scaled parameters, unless its effect exceeds the noise."""
 
@@ -36,18 +32,8 @@ JACOBIANS = ("differences", "exact")
 PULL = 1.5
 """Standard deviation, in logarithms, of how far a parameter without bounds is from its start: a factor of 4.5."""
 
-WORK = 20
-"""Limit of the solver steps of a run, relative to the start's; one that takes more is given up."""
-
-COUNTED = ["solver.steps", "solver.rejectedSteps"]
-"""Counters of the solver steps of a run."""
-
 FAILED = 1e12
 """Residual, in units of the noise, where a simulation could not go on: worse than any of one that could."""
-
-
-MAGNITUDES = {"position0": 1e-4, "velocity0": 1e-2, "chamberA.pressure0": 1e3, "chamberB.pressure0": 1e3}
-"""Magnitudes of changes of start values of a window, in SI units."""
 
 
 @dataclass(frozen=True)
@@ -100,20 +86,14 @@ class Problem:
     """Factor of this tolerance."""
     step: float = STEP
     """Step of the differences that make the Jacobian, in scaled parameters."""
-    most: int | None = None
+    most: float | None = None
     """Solver steps after which a run is given up."""
-    clock: float = 1.0
-    """True time over the time of the records."""
     scale: float = 1.0
-    """Factor of all friction, where the model takes its load level as an input."""
+    """Factor of all friction, where the model takes its load factor as an input."""
     other_form: OtherForm | None = None
     """A form of the law that describes whole records, which the fixed one does not."""
     jac: str = "differences"
     """Kind of the Jacobian: differences of runs, or the exact derivatives of one."""
-    underivable: dict[str, str] = field(default_factory=dict, compare=False)
-    """Names by which a run had no derivative, so that differences were taken, and why."""
-    refusals: list[str] = field(default_factory=list, compare=False)
-    """Why a single vector could not be simulated, last time."""
 
     @staticmethod
     def of(
@@ -125,7 +105,7 @@ class Problem:
     ) -> Problem:
         """Cut the records into windows; the last part of each, and the extra records, are validation data."""
         windows = []
-        named = {*experiment.settings, *(one.name for one in free)}
+        named = {*experiment.settings, *(one.name for one in free), *(one.name for one in experiment.ties)}
         for record in [*records, *extra]:
             share = 1.0 if any(record is other for other in extra) else validation
             windows += experiment.windows(record, share, named)
@@ -133,24 +113,38 @@ class Problem:
         sensors = {signal: Sensor.of(measured) for signal, measured in courses.items()}
         return Problem(experiment, tuple(windows), tuple(free), sensors)
 
+    def __getstate__(self) -> dict[str, Any]:
+        """Return what is sent to other processes."""
+        return {name: value for name, value in self.__dict__.items() if name != "native"}
+
+    @cached_property
+    def native(self) -> _native.LeastSquares:
+        """The problem of the crate."""
+        records = list(dict.fromkeys(window.record.name for window in self.windows))
+        sensors = [self.sensors[signal] for signal in self.experiment.compared]
+        return _native.LeastSquares(
+            [free.numbers for free in self.free],
+            self.experiment.native,
+            [
+                (window.native, dict(window.begin.values), list(window.begin.loose), records.index(window.record.name))
+                for window in self.windows
+            ],
+            [sensor.numbers for sensor in sensors],
+            self.experiment.held,
+            [(tie.name, tie.text) for tie in self.experiment.ties],
+            {
+                "step": self.step, "scale": self.scale, "exactness": self.exactness, "most": self.most,
+                "workers": self.workers or available_cores(), "is_exact": self.jac == "exact",
+            },
+        )  # fmt: skip
+
     def values(self, x: Array) -> dict[str, float]:
-        """Return the values of the free parameters by name."""
-        fitted = {free.name: free.outer(float(inner)) for free, inner in zip(self.free, x, strict=False)}
-        return {**self.experiment.held, **fitted}
+        """Return the values of the free parameters by name, and of those that follow from them."""
+        return self.native.values(x)
 
     def begins(self, x: Array) -> list[dict[str, float]]:
         """Return the start values of each segment."""
-        begins = [dict(window.begin.values) for window in self.windows]
-        if len(x) > len(self.free):
-            inner = iter(x[len(self.free) :])
-            for begin, window in zip(begins, self.windows, strict=True):
-                for name in window.begin.loose:
-                    begin[name] += MAGNITUDES[name] * float(next(inner))
-        if self.clock != 1.0 and "velocity" not in self.experiment.signals:
-            # It is a slope of the measured position.
-            begins = [{**begin, "velocity0": begin["velocity0"] / self.clock} if "velocity0" in begin else begin
-                      for begin in begins]  # fmt: skip
-        return begins
+        return self.native.begins(x)
 
     @property
     def size(self) -> int:
@@ -193,124 +187,20 @@ class Problem:
         return replace(self, windows=tuple(windows))
 
     def bounded(self) -> Problem:
-        """Return the same problem, in which runs are given up that take many times the work of the start.
-
-        Far off what can be meant, say where a bristle is all damping, a run may take a thousand times as long, and
-        tells no more than that this is no place to look.
-        """
-        steps = 0.0
-        every = [(self.values(self.start), self.begins(self.start))]
-        for group in self.groups():
-            runs = self.run(group, every, COUNTED)
-            steps = max(steps, float(np.nanmax(sum(runs[name] for name in COUNTED))))
-        return replace(self, most=int(WORK * steps))
+        """Return the same problem, in which runs are given up that take many times the work of the start."""
+        return replace(self, most=self.native.limit(self.start, self.tolerance))
 
     def with_free(self, free: Sequence[Free]) -> Problem:
         """Return the same problem with other free parameters."""
         return replace(self, free=tuple(free))
 
-    def differences(self, vectors: Sequence[Array]) -> list[list[dict[str, Array]]]:
-        """Return measured minus simulated for each vector and window, by signal; NaN where a run failed."""
-        every = [(self.values(x), self.begins(x)) for x in vectors]
-        found: list[list[dict[str, Array]]] = [[{} for _ in self.windows] for _ in every]
-        for group in self.groups():
-            self._simulate(group, every, found)
-        return found
+    def differences(self, x: Array) -> list[dict[str, Array]]:
+        """Return measured minus simulated for each window, by signal; NaN where a run failed."""
+        return self.native.differences(x, self.tolerance)
 
     def stacked(self, vectors: Sequence[Array], *, held: bool = False) -> Array:
         """Return the differences of vectors, of shape (vectors, samples): window by window, in it signal by signal."""
-        return self._stack(self.differences(vectors), held=held)
-
-    def near(self, x: Array, vectors: Sequence[Array]) -> Array:
-        """Return the same of vectors near another one, by the exact derivatives of the runs there.
-
-        Where a run has no derivative by what a vector changes, it is run under that vector.
-        """
-        every = [(self.values(one), self.begins(one)) for one in [x, *vectors]]
-        found: list[list[dict[str, Array]]] = [[{} for _ in self.windows] for _ in vectors]
-        with ThreadPoolExecutor(self.workers or available_cores()) as threads:
-            # The runs are made without the lock of the interpreter.
-            made = threads.map(lambda index: self._derive(index, every), range(len(self.windows)))
-            for index, near in enumerate(made):
-                lacking = [vector for vector, courses in enumerate(near) if courses is None]
-                for vector, courses in enumerate(near):
-                    if courses is not None:
-                        found[vector][index] = self._compare(index, courses, every[1 + vector][0])
-                if lacking:
-                    runs: list[list[dict[str, Array]]] = [[{} for _ in self.windows] for _ in lacking]
-                    self._simulate([index], [every[1 + vector] for vector in lacking], runs)
-                    for vector, run in zip(lacking, runs, strict=True):
-                        found[vector][index] = run[index]
-        return self._stack(found)
-
-    def _derive(self, index: int, every: Vectors) -> list[dict[str, Array] | None]:
-        """Return the outputs of a window under all vectors but the first, on the tangent of its run under that."""
-        window = self.windows[index]
-        settings = [self.settings_of(window, values, begins[index]) for values, begins in every]
-        inputs = [self.inputs_of(window, values) for values, _ in every]
-        first = settings[0]
-        moved = [{name: float(number) - float(first[name]) for name, number in own.items() if number != first[name]}
-                 for own in settings[1:]]  # fmt: skip
-        by = list(dict.fromkeys(name for own in moved for name in own))
-        outputs, slopes = self._differentiate(window, first, inputs[0], by)
-        courses: list[dict[str, Array] | None] = []
-        for own, driven in zip(moved, inputs[1:], strict=True):
-            is_driven_alike = all(np.array_equal(driven[name], course) for name, course in inputs[0].items())
-            if outputs is None or not is_driven_alike or not slopes.keys() >= own.keys():
-                courses.append(None)
-                continue
-            courses.append({
-                name: course + sum(by * slopes[setting][output] for setting, by in own.items())
-                for output, (name, course) in enumerate(outputs.items())
-            })  # fmt: skip
-        return courses
-
-    def _differentiate(
-        self, window: Window, settings: Mapping[str, Value], inputs: Mapping[str, Array], by: Sequence[str]
-    ) -> tuple[dict[str, Array] | None, dict[str, Array]]:
-        """Return the outputs of a run, if it comes to its end, and their derivatives by those names that have them."""
-        record, outputs, model = window.record, self.experiment.outputs, self.experiment.simulated
-        grid = self.clock * record.grid
-        driven = [(name, (grid, course)) for name, course in inputs.items()]
-        given = {**settings, "solver.relativeTolerance": self.exactness * self.tolerance}
-        by = list(by)
-        while True:
-            try:
-                found, _, failure, ended, _, _, derived = _native.simulate(
-                    model._native, list(given.items()), driven, (0.0, self.clock * record.step, len(grid) - 1, 1),
-                    list(outputs), by, None, self.experiment.native.has_lines,
-                )  # fmt: skip
-                break
-            except ValueError as refused:
-                named = [name for name in by if f"to {name}:" in str(refused)]
-                if not named:
-                    return None, {}
-                self.underivable[named[0]] = str(refused)
-                by.remove(named[0])
-        if ended is not None:
-            raise ended
-        if failure is not None:
-            return None, {}
-        slopes, lost, _ = derived if derived is not None else (np.zeros((0, len(outputs), len(grid))), [], [])
-        known = {}
-        for name, slope, why in zip(by, slopes, lost, strict=True):
-            if why is None and np.isfinite(slope).all():
-                known[name] = slope
-            else:
-                told = "outputs are rounded" if why is None else f"at {why[0]:g} s, {why[1]}: {why[2]}"
-                self.underivable[name] = told
-        return dict(zip(outputs, found, strict=True)), known
-
-    def _stack(self, every: Sequence[Sequence[Mapping[str, Array]]], *, held: bool = False) -> Array:
-        rows = [
-            np.concatenate([
-                difference[signal][window.used & (window.held == held)]
-                for window, difference in zip(self.windows, differences, strict=True)
-                for signal in self.experiment.compared
-            ])
-            for differences in every
-        ]  # fmt: skip
-        return np.array(rows)
+        return self.native.stacked(list(vectors), self.tolerance, held)
 
     def by_sensor(self, of: Callable[[Sensor, Array], Array], stacked: Array) -> Array:
         """Return the readings' residuals of differences in the order of `stacked`."""
@@ -346,7 +236,7 @@ class Problem:
 
     def rms(self, x: Array, *, held: bool = False) -> dict[str, float]:
         """Return the rms of measured minus simulated by signal; empty if there are no such samples."""
-        [differences] = self.differences([x])
+        differences = self.differences(x)
         found = {}
         for signal in self.experiment.compared:
             parts = [
@@ -382,64 +272,8 @@ class Problem:
 
     def suspects(self) -> _native.Suspects:
         """Return what may be a cause of residuals: settings, properties of sensors, choices, and whether a clock."""
-        return self.experiment.native.suspects([free.name for free in self.free])
-
-    def groups(self) -> list[list[int]]:
-        """Windows of the same times, which are simulated in one call."""
-        groups: dict[tuple[int, float], list[int]] = {}
-        for index, window in enumerate(self.windows):
-            groups.setdefault((len(window.record.grid), window.record.step), []).append(index)
-        return list(groups.values())
-
-    def _simulate(self, group: list[int], every: Vectors, found: list[list[dict[str, Array]]]) -> None:
-        outputs = self.experiment.outputs
-        runs = self.run(group, every, outputs, self.most)
-        pairs = _pairs(group, every)
-        if len(pairs) == len(group) and runs.failures:
-            self.refusals[:] = [next(iter(runs.failures.values()))]
-        for run, (vector, index) in enumerate(pairs):
-            courses = {name: runs[name][run] for name in outputs}
-            found[vector][index] = self._compare(index, courses, every[vector][0])
-
-    def run(self, group: list[int], every: Vectors, outputs: Sequence[str], most: int | None = None) -> Runs:
-        """Make the runs of a group of windows under vectors."""
-        settings: list[Mapping[str, Value]] = []
-        driven: dict[str, list[Array]] = {}
-        for vector, index in _pairs(group, every):
-            values, begins = every[vector]
-            settings.append(self.settings_of(self.windows[index], values, begins[index]))
-            for name, course in self.inputs_of(self.windows[index], values).items():
-                driven.setdefault(name, []).append(course)
-        record = self.windows[group[0]].record
-        grid = self.clock * record.grid
-        return self.experiment.simulated._run_many(
-            settings,
-            common={"solver.relativeTolerance": self.exactness * self.tolerance},
-            inputs={name: (grid, np.array(rows)) for name, rows in driven.items()},
-            stop=(len(grid) - 1) * self.clock * record.step,
-            step=self.clock * record.step,
-            outputs=outputs,
-            workers=self.workers,
-            most=most,
-            lines=self.experiment.native.has_lines,
-        )
-
-    def settings_of(self, window: Window, values: Mapping[str, float], begin: Mapping[str, float]) -> dict[str, Value]:
-        """Return the settings of the run of a segment: its start, and fixed and estimated values."""
-        # The load level multiplies all friction but the viscous one.
-        viscous = [] if self.scale == 1.0 else viscous_of(self.experiment.law, self.experiment.table)
-        scaled = {name: self.scale * self.experiment.value(name, values) for name in viscous}
-        return {**begin, **self.experiment.start(window, values), **scaled}
-
-    def inputs_of(self, window: Window, values: Mapping[str, float]) -> dict[str, Array]:
-        """Return the inputs of the run of a window at its communication points."""
-        return {
-            name: self.scale * course if name == "friction.level" and self.scale != 1.0 else course
-            for name, course in self.experiment.inputs(window, values).items()
-        }
-
-    def _compare(self, index: int, outputs: Mapping[str, Array], values: Mapping[str, float]) -> dict[str, Array]:
-        return self.experiment.differences(self.windows[index], outputs, values, self.clock)
+        tied = [tie.name for tie in self.experiment.ties]
+        return self.experiment.native.suspects([*(free.name for free in self.free), *tied])
 
 
 def check_jac(jac: str) -> None:
@@ -450,15 +284,10 @@ def check_jac(jac: str) -> None:
 
 def tell_underivable(problem: Problem) -> None:
     """Warn of parameters by which differences were taken though exact derivatives were asked for."""
-    if problem.underivable:
-        why = next(iter(problem.underivable.values()))
-        named = ", ".join(problem.underivable)
+    if underivable := problem.native.underivable:
+        why = next(iter(underivable.values()))
+        named = ", ".join(underivable)
         warn(f"differences of runs are taken by {named}, by which a run has no derivative: {why}")
-
-
-def _pairs(group: list[int], every: Vectors) -> list[tuple[int, int]]:
-    """Return vector and window of each run."""
-    return [(vector, index) for vector in range(len(every)) for index in group]
 
 
 def _cut(window: Window) -> Window | None:

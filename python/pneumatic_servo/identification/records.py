@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pneumatic_servo.identification.table import Column, Measured, measured
+from pneumatic_servo.chosen_columns import Column
+from pneumatic_servo.identification.table import Measured, measured
 
 Array = NDArray[np.float64]
 

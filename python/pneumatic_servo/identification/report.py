@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from base64 import b64encode
 from collections.abc import Iterable, Sequence
+from datetime import datetime, timezone
 from html import escape
 from io import BytesIO
 
 from matplotlib.figure import Figure
+from PIL import Image
 
 from pneumatic_servo.identification.figures import against, friction_map, overlay, worst_misfit
 from pneumatic_servo.identification.fitted import Fitted
@@ -26,7 +28,7 @@ td:first-child,th:first-child{text-align:left}img{max-width:100%}.warning{color:
 def page(fit: Fitted, residuals: Residuals, verdict: Verdict, free_form: FreeForm | None) -> str:
     """Return the page."""
     search = "The fit has converged." if fit.converged else "<b class=warning>The fit has not converged.</b>"
-    names = list(fit.parameters)
+    names = [free.name for free in fit.problem.free]
     correlation = fit.certainty.correlation
     friction, worst = friction_map(fit), worst_misfit(residuals)
     parts = [
@@ -58,7 +60,7 @@ def page(fit: Fitted, residuals: Residuals, verdict: Verdict, free_form: FreeFor
             ),
         ),
         _image(overlay(residuals), "measured and fitted signals"),
-        "<h2>Where it misses most</h2>" + _image(worst, "measured and fitted at the worst misfit") if worst else "",
+        "<h2>Largest residual</h2>" + _image(worst, "measured and fitted at the worst misfit") if worst else "",
         _image(against(residuals), "what remains against velocity, position and lag"),
         "<h2>Friction against velocity</h2>" + _image(friction, "friction against velocity") if friction else "",
         *_free_form(free_form),
@@ -72,6 +74,39 @@ def page(fit: Fitted, residuals: Residuals, verdict: Verdict, free_form: FreeFor
     return head + "\n".join(parts) + "\n"
 
 
+def sections(fit: Fitted, residuals: Residuals, verdict: Verdict) -> str:
+    """Return what the documentation page of an FMU says about the fit: a section of HTML."""
+    friction = friction_map(fit)
+    records = ", ".join(dict.fromkeys(window.record.name for window in fit.problem.windows))
+    parts = [
+        '<section id="fit">\n<h2>Fit to measured data</h2>',
+        f"<p>Law {escape(fit.law)}, data {escape(records)}, exported {datetime.now(timezone.utc):%Y-%m-%d}.</p>",
+        f"<p><b>{verdict.light.capitalize()}.</b> {escape(verdict.text)}</p>",
+        _table(
+            ["parameter", "value", "low", "high", "unit"],
+            ([n, f"{e.value:.6g}", f"{e.low:.6g}", f"{e.high:.6g}", e.unit] for n, e in fit.parameters.items()),
+        ),
+        _table(
+            ["signal", "rms", "validation rms", "unit"],
+            (
+                [s, f"{rms:.6g}", f"{fit.validation_rms[s]:.6g}" if s in fit.validation_rms else "", residuals.unit(s)]
+                for s, rms in fit.rms.items()
+            ),
+        ),
+        _small(overlay(residuals), "measured and fitted signals"),
+        _small(friction, "friction against velocity") if friction else "",
+        "</section>\n",
+    ]
+    return "\n".join(parts)
+
+
+SMALL = 45
+"""Resolution of figures inside an FMU, in dots per inch."""
+
+COLOURS = 12
+"""Colours of them: an FMU is to grow by little."""
+
+
 def _free_form(found: FreeForm | None) -> list[str]:
     if found is None:
         return []
@@ -79,7 +114,7 @@ def _free_form(found: FreeForm | None) -> list[str]:
     rows += [[f"a free curve over {n}", f"{rms:.4g}", f"{found.gain(n):.0%}"] for n, rms in found.curves.items()]
     return [
         "<h2>What any law could still gain</h2>",
-        _table(["friction in motion", f"rms ({found.unit})", "less than the law leaves"], rows),
+        _table(["friction in motion", f"rms ({found.unit})", "share of the law's residual that it removes"], rows),
     ]
 
 
@@ -102,7 +137,18 @@ def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     return f"<table><tr>{first}</tr>{''.join(others)}</table>"
 
 
+def _small(figure: Figure, text: str) -> str:
+    large, stream = BytesIO(), BytesIO()
+    figure.savefig(large, format="png", dpi=SMALL, metadata={"Software": None})
+    Image.open(large).convert("RGB").quantize(COLOURS).save(stream, format="png", optimize=True)
+    return _embedded(stream, text)
+
+
 def _image(figure: Figure, text: str) -> str:
     stream = BytesIO()
     figure.savefig(stream, format="png", metadata={"Software": None})
+    return _embedded(stream, text)
+
+
+def _embedded(stream: BytesIO, text: str) -> str:
     return f'<p><img alt="{escape(text)}" src="data:image/png;base64,{b64encode(stream.getvalue()).decode()}"></p>'

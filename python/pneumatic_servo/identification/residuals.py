@@ -46,7 +46,7 @@ class Residuals:
     def __init__(self, fit: Fitted) -> None:
         self.problem = fit.problem
         self.windows = fit.problem.windows
-        [self.differences] = fit.problem.differences([fit.x])
+        self.differences = fit.problem.differences(fit.x)
         self.signals = fit.problem.experiment.compared
 
     @cached_property

@@ -8,23 +8,27 @@ from dataclasses import dataclass
 from functools import cached_property
 from html import escape
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from pneumatic_servo import checks
-from pneumatic_servo.files import whole
+from pneumatic_servo.files import check_ending, whole
 from pneumatic_servo.identification.causes import Cause, causes
-from pneumatic_servo.identification.fitted import Fitted
+from pneumatic_servo.identification.fitted import Estimate, Fitted
 from pneumatic_servo.identification.free_form import FreeForm, free_form
 from pneumatic_servo.identification.ranges import Ranges
 from pneumatic_servo.identification.residuals import Residuals
 from pneumatic_servo.identification.verdict import Verdict, verdict
-from pneumatic_servo.names import renamed, tell_renamed
+from pneumatic_servo.model import Model
+from pneumatic_servo.names import did_you_mean, renamed, tell_renamed
 from pneumatic_servo.run import Run, table
 from pneumatic_servo.run_errors import SimulationError
 from pneumatic_servo.ssv import ssv
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 
 @dataclass(frozen=True)
@@ -34,7 +38,7 @@ class Fit(Fitted):
     Attributes
     ----------
     converged : bool
-        Whether the solver came to an end.
+        Whether the search converged.
     law : str
         Friction law.
     parameters : dict
@@ -45,15 +49,46 @@ class Fit(Fitted):
         Parameters that the data do not determine, and why.
     notes : tuple of str
         Treatment of the data.
+    x : ndarray of shape (free,)
+        The free parameters as the search sees them, logarithms or values in units of their scale, and no SI units:
+        those are `values`.
     posterior : Posterior or None
         Draws from the posterior, where they were asked for.
     cross_validation : CrossValidation or None
         Each operating condition as the others predict it, where that was asked for.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import pneumatic_servo as ps
+    >>> t = np.arange(0.0, 1.0, 0.02)
+    >>> noise = 0.1 * np.random.default_rng(0).standard_normal(len(t))
+    >>> data = {"time": t, "position": 0.01 * np.sin(6.0 * t), "frictionForce": 7.0 * np.sign(np.cos(6.0 * t)) + noise}
+    >>> found = ps.fit(data, experiment="motion", law="Coulomb", starts=0, progress=False)
+    >>> found.converged, found["friction.coulomb.Fc"].unit
+    (True, 'N')
+    >>> run = ps.Model().simulate(found.settings, stop=0.1)
+    >>> found.rms["frictionForce"] < 0.2
+    True
     """
 
     @property
+    def params(self) -> dict[str, Estimate]:
+        """Estimates by name, each with value, low, high and unit: the same as `parameters`."""
+        return self.parameters
+
+    def __getitem__(self, name: str) -> Estimate:
+        """Return the estimate of a parameter; ``float`` makes its value of it."""
+        if name not in self.parameters:
+            raise KeyError(
+                f"there is no fitted parameter {name}{did_you_mean(name, self.parameters)}; there are "
+                f"{', '.join(self.parameters)}"
+            )
+        return self.parameters[name]
+
+    @property
     def beside(self) -> list[str]:
-        """Fitted values that are none of the model, but of sensors or of a test bench."""
+        """Fitted values that belong to sensors or a test bench, not to the model."""
         return [name for name in self.parameters if name not in self.problem.experiment.table.variables]
 
     @cached_property
@@ -91,7 +126,7 @@ class Fit(Fitted):
         return Ranges.of(self.problem, self.x)
 
     def beyond(self, asked: Mapping[str, ArrayLike]) -> tuple[str, ...]:
-        """Say what of something that the fitted model is asked lies beyond the data that it was fitted to.
+        """Return statements about quantities that lie outside the range of the fitted data.
 
         Parameters
         ----------
@@ -120,6 +155,12 @@ class Fit(Fitted):
         tell_renamed("undetermined", "not_identifiable")
         return self.not_identifiable
 
+    def plot(self) -> Figure:
+        """Draw measured and fitted signals over each other, and residuals, as a figure of Matplotlib."""
+        from pneumatic_servo.identification.figures import overlay
+
+        return overlay(self._residuals)
+
     @renamed(window="segment")
     def simulate(self, segment: int = 0, *, outputs: Sequence[str] | None = None) -> Run:
         """Make the run of a fitted stretch of data again, bit for bit as the fit compares it.
@@ -131,8 +172,8 @@ class Fit(Fitted):
         Parameters
         ----------
         segment : int
-            Number of the stretch: a record is one, unless it has gaps or is cut by ``segment=`` of the fit; those held
-            out are counted, too. ``found.problem.windows`` has what was measured in each.
+            Number of the segment: a record is one, unless it has gaps or is cut by ``segment=`` of the fit; segments of
+            validation data are counted, too. ``found.problem.windows`` has what was measured in each.
         outputs : sequence of str, optional
             Variables to record; by default the inputs and all outputs of the model that the fit runs.
 
@@ -152,10 +193,17 @@ class Fit(Fitted):
         count = len(problem.windows)
         if not 0 <= checks.whole_number("segment", segment, least=0) < count:
             raise ValueError(f"segment = {segment} is refused: the data have {count} stretches, numbered from 0")
-        vector = [(problem.values(self.x), problem.begins(self.x))]
-        inputs = problem.inputs_of(problem.windows[segment], vector[0][0])
-        names = list(model._recorded(outputs, inputs))
-        runs = problem.run([segment], vector, names)
+        settings, inputs = problem.native.given(segment, self.x)
+        record = problem.windows[segment].record
+        runs = model._run_many(
+            [problem.experiment.typed(settings)],
+            common={"solver.relativeTolerance": problem.exactness * problem.tolerance},
+            inputs={name: (record.grid, course[None, :]) for name, course in inputs.items()},
+            stop=(len(record.grid) - 1) * record.step,
+            step=record.step,
+            outputs=list(model._recorded(outputs, inputs)),
+            lines=problem.experiment.native.has_lines,
+        )
         if runs.failures:
             error = SimulationError(runs.failures[0])
             error.finished = runs[0]
@@ -189,6 +237,7 @@ class Fit(Fitted):
 
         What is not finite, as the end of an interval may be, is null.
         """
+        check_ending(Path(file), ".json")
         text = json.dumps(self.as_dict(), indent=2, allow_nan=False) + "\n"
         with whole(Path(file)) as part:
             part.write_text(text, encoding="utf-8")
@@ -198,14 +247,47 @@ class Fit(Fitted):
 
         Units in it are the FMU's; of a rotating machine the description says how to read them.
         """
+        check_ending(Path(file), ".ssv", ".xml")
         model = self.problem.experiment.table
         described = ", ".join(filter(None, [f"Fitted parameters of {model.name}", self.units.told]))
         text = ssv(Path(file).stem, described, model, self.settings)
         with whole(Path(file)) as part:
             part.write_text(text, encoding="utf-8")
 
+    def to_fmu(
+        self,
+        file: str | Path,
+        *,
+        preset: str = "all",
+        inputs: Sequence[str] | None = None,
+        outputs: Sequence[str] | None = None,
+        parameters: Sequence[str] | None = None,
+        name: str | None = None,
+        default_experiment: Mapping[str, object] | None = None,
+        source: str | Path | None = None,
+        beside: bool = False,
+    ) -> list[Path]:
+        """Write the fitted machine as an FMU of its own; its documentation page shows the fit.
+
+        The arguments are those of `export_fmu`. Values are those of `settings`: the run begins as the first segment.
+
+        Raises
+        ------
+        ValueError
+            For a wrong name or value, or an input that the machine needs and that is left out.
+        """
+        from pneumatic_servo.export import write
+        from pneumatic_servo.identification.report import sections
+
+        path, model = Path(file), self.problem.experiment.table
+        return write(
+            path, Model(model.name), self.settings, preset, (inputs, outputs, parameters), name, default_experiment,
+            source, beside, sections(self, self._residuals, self.verdict),
+        )  # fmt: skip
+
     def to_report(self, file: str | Path) -> None:
         """Write a page with tables and figures, in one file."""
+        check_ending(Path(file), ".html", ".htm")
         from pneumatic_servo.identification.report import page
 
         text = page(self, self._residuals, self.verdict, self.free_form)

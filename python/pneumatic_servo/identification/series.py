@@ -30,6 +30,7 @@ from pneumatic_servo.identification.parameters import Free, split
 from pneumatic_servo.identification.problem import Problem
 from pneumatic_servo.identification.result import Fit
 from pneumatic_servo.identification.solve import jacobian
+from pneumatic_servo.identification.ties import is_expression
 from pneumatic_servo.run_errors import Interrupted
 
 Array = NDArray[np.float64]
@@ -55,13 +56,14 @@ class Series:
     labels : tuple
         Names of the records: dates, numbers or texts.
     converged : bool
-        Whether the joint fit came to its end.
+        Whether the joint fit converged.
     shared : dict
         Estimates of what all records share.
     changing : dict
         For each parameter that may change its estimates, one per record.
     p : dict
-        For each of these how likely it is that the estimates differ as much though nothing moves.
+        For each of these how likely it is that the estimates differ as much though nothing moves; NaN where the fit
+        has not converged.
     moves : dict
         Whether each moves: whether p is below 5 % over the number of them, so that in 95 of 100 series in which
         nothing moves none is said to.
@@ -71,6 +73,22 @@ class Series:
         Root mean square of measured minus simulated by signal, of each record.
     fits : tuple of Fit
         The fits to the single records.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import pneumatic_servo as ps
+    >>> t = np.arange(0.0, 1.0, 0.02)
+    >>> noise = 0.1 * np.random.default_rng(0).standard_normal(len(t))
+    >>> data = {"time": t, "position": 0.01 * np.sin(6.0 * t), "frictionForce": 7.0 * np.sign(np.cos(6.0 * t)) + noise}
+    >>> later = {**data, "frictionForce": 1.2 * data["frictionForce"]}
+    >>> found = ps.fit_series({"May": data, "June": later}, experiment="motion", law="Coulomb",
+    ...                       changing="friction.coulomb.Fc", starts=0, progress=False)
+    >>> found.moves
+    {'friction.coulomb.Fc': True}
+    >>> may, june = found.changing["friction.coulomb.Fc"]
+    >>> 1.1 < june.value / may.value < 1.3
+    True
     """
 
     labels: tuple[Any, ...]
@@ -122,7 +140,10 @@ class Series:
         lines += [f"  {name:{width}}  {one}, shared" for name, one in self.shared.items()]
         for name, course in self.changing.items():
             verdict = "moves" if self.moves[name] else "does not move"
-            lines.append(f"  {name:{width}}  {verdict} (p = {self.p[name]:.2g})")
+            verdict = (
+                f"{verdict} (p = {self.p[name]:.2g})" if self.converged else "not known, since the search has not ended"
+            )
+            lines.append(f"  {name:{width}}  {verdict}")
             lines += [f"    {label}: {one}" for label, one in zip(self.labels, course, strict=True)]
         lines += [
             f"  {name} is shared, but differs among the records (p = {value:.2g}): let it change"
@@ -149,7 +170,8 @@ def fit_series(
     experiment, law : str
         As for `fit`.
     changing, shared : str or sequence of str
-        What has a value for each record, and what has the same in all: ``NAME[=start][:low:high]`` as for `fit`.
+        What has a value for each record, and what has the same in all: ``NAME[=start][:low:high]`` as for `fit`; what
+        an expression ties to others follows them in each record, whichever of both it is given with.
     **options
         As for `fit`: columns, encoding, settings, seed, starts, rated, width, play, segment, inputs, workers, executor,
         cluster and progress.
@@ -197,7 +219,8 @@ def fit_series(
     try:
         for label, data in given.items():
             fits.append(_alone(label, data, [*common, *own], experiment, law, options))
-        return _together(tuple(given), fits, len(common))
+        estimated = [word for word in common if not is_expression(word.partition("=")[2])]
+        return _together(tuple(given), fits, len(estimated))
     except KeyboardInterrupt:
         interrupted = Interrupted("interrupted")
         interrupted.finished = fits
@@ -229,10 +252,14 @@ def _together(labels: tuple[Any, ...], fits: Sequence[Fit], common: int) -> Seri
             _estimate(free[common + place], value, half) for value, half in zip(inner, halves[index], strict=True)
         )
         p[name] = _constant(inner, _widened(spread, factors)[np.ix_(index, index)])
+    is_ended = converged and all(found.converged for found in fits)
+    if not is_ended:
+        # Where a search has stopped says nothing of what moves.
+        p = dict.fromkeys(p, float("nan"))
     return Series(
-        labels, converged and all(found.converged for found in fits),
+        labels, is_ended,
         {one.name: _estimate(one, first[k], halves[k]) for k, one in enumerate(free[:common])}, changing, p,
-        {name: value < (1.0 - LEVEL) / own for name, value in p.items()},
+        {name: is_ended and value < (1.0 - LEVEL) / own for name, value in p.items()},
         _doubtful(fits, free[:common], first),
         tuple(problem.rms(x) for problem, x in zip(problems, vectors, strict=True)), tuple(fits),
     )  # fmt: skip

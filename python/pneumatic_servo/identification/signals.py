@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+from pneumatic_servo import _native
 from pneumatic_servo.units import NUMBER, scale, units_of
 
 SIGNALS = {
@@ -25,6 +26,9 @@ SIGNALS = {
 }
 """Signals and their SI units. `pressure` of a test bench is above ambient; the chambers' are absolute, as everywhere
 in the model."""
+
+ABOVE_AMBIENT = ("pressure",)
+"""Signals that count above ambient pressure: a gauge unit of them has no offset."""
 
 ROTATING = {
     "m": "rad", "m/s": "rad/s", "m/s2": "rad/s2", "N": "N.m", "kg": "kg.m2", "N/m": "N.m/rad", "N.s/m": "N.m.s/rad",
@@ -88,7 +92,9 @@ def si_of(signal: str, unit: str, where: str) -> str:
         return si
     more = ", ".join(name for si in others for name in units_of(si))
     named = ", ".join(units_of(SIGNALS[signal])) + (f", or for the experiment force of {more}" if more else "")
-    raise ValueError(f"{where}: the unit {unit} is refused; it must be one of {named}")
+    near = next((near for si in (SIGNALS[signal], *others) if (near := _native.unit_like(unit, si)[1])), None)
+    hint = "" if near is None else f"did you mean {near}? "
+    raise ValueError(f"{where}: the unit {unit} is refused; {hint}it must be one of {named}")
 
 
 def told_units(experiment: str, stated: Sequence[tuple[str, str, str]], given: Mapping[str, Any]) -> Units:

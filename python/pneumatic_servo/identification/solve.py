@@ -1,4 +1,4 @@
-"""Bounded nonlinear least squares from many starts: the search of the crate `fit`, over segments simulated here."""
+"""Bounded nonlinear least squares from many starts: the search of the crate `fit`."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from pneumatic_servo import _native
 from pneumatic_servo.identification.problem import TOLERANCE, Problem
 from pneumatic_servo.identification.sensor import Sensor
 from pneumatic_servo.identification.watch import Watch
@@ -65,35 +64,14 @@ class Solution:
     message: str
 
 
-def native(problem: Problem) -> _native.LeastSquares:
-    """Return a problem as the crate takes it."""
-
-    def near(x: Array, vectors: Array, tolerance: float) -> Array:
-        return replace(problem, tolerance=tolerance).near(x, list(vectors))
-
-    records = list(dict.fromkeys(window.record.name for window in problem.windows))
-    sensors = [problem.sensors[signal] for signal in problem.experiment.compared]
-    return _native.LeastSquares(
-        [free.numbers for free in problem.free],
-        [
-            (window.fitted, loose, records.index(window.record.name))
-            for window, loose in zip(problem.windows, problem.loose, strict=True)
-        ],
-        [sensor.numbers for sensor in sensors],
-        problem.step,
-        lambda vectors, tolerance: replace(problem, tolerance=tolerance).stacked(list(vectors)),
-        near if problem.jac == "exact" else None,
-    )
-
-
 def sensitivities(problem: Problem, x: Array, *, is_central: bool = True) -> tuple[Array, Array]:
     """Return the derivatives of the differences within the bounds, and the differences."""
-    return native(problem).sensitivities(x, problem.tolerance, is_central, False)
+    return problem.native.sensitivities(x, problem.tolerance, is_central, False)
 
 
 def jacobian(problem: Problem, x: Array, *, is_central: bool = True) -> Array:
     """Return the derivatives of the residuals."""
-    return native(problem).sensitivities(x, problem.tolerance, is_central, True)[0]
+    return problem.native.sensitivities(x, problem.tolerance, is_central, True)[0]
 
 
 def refine(
@@ -101,7 +79,7 @@ def refine(
 ) -> Solution:
     """Go down from a start."""
     own = (effort.cost, effort.step, effort.tolerance, effort.is_central, effort.gives_up)
-    return Solution(*native(problem).refine(start, loss, own, None if watch is None else watch.see))
+    return Solution(*problem.native.refine(start, loss, own, None if watch is None else watch.see))
 
 
 def solve(
@@ -115,9 +93,9 @@ def solve(
     all of them, and refines the best at once; the bits do not depend on which executor it is.
     """
     if executor is not None:
-        return _by(executor, problem, [problem.start, *native(problem).scattered(starts, seed)], loss, watch)
+        return _by(executor, problem, [problem.start, *problem.native.scattered(starts, seed)], loss, watch)
     see, done = (None, None) if watch is None else (watch.see, watch.done)
-    return Solution(*native(problem).solve(starts, seed, loss, see, done))
+    return Solution(*problem.native.solve(starts, seed, loss, see, done))
 
 
 def with_likely_sensors(
@@ -128,7 +106,7 @@ def with_likely_sensors(
     A signal that the model misses must not drown the others, and a converter is only known once the rest is.
     """
     see, stage = (None, None) if watch is None else (watch.see, watch.stage)
-    numbers, found = native(problem).weighed(best.x, best.cost, loss, see, stage)
+    numbers, found = problem.native.weighed(best.x, best.cost, loss, see, stage)
     sensors = {name: Sensor(*own) for name, own in zip(problem.experiment.compared, numbers, strict=True)}
     return problem.seen_by(sensors), Solution(*found)
 
@@ -165,4 +143,4 @@ def _by(executor: Executor, problem: Problem, candidates: Sequence[Array], loss:
 
 
 def _costs(problem: Problem, vectors: Sequence[Array]) -> Array:
-    return np.array(native(problem).costs(list(vectors)))
+    return np.array(problem.native.costs(list(vectors)))

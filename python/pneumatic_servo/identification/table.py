@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -12,85 +11,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pneumatic_servo.argument_names import quoted
+from pneumatic_servo.chosen_columns import Column
 from pneumatic_servo.columns import Table, names_and_units
-from pneumatic_servo.identification.signals import SIGNALS, si_of
+from pneumatic_servo.errors import warn
+from pneumatic_servo.identification.signals import ABOVE_AMBIENT, SIGNALS, si_of
 from pneumatic_servo.names import did_you_mean
-from pneumatic_servo.run import Run, held_from
-from pneumatic_servo.tables import numbers, of_frame, read_table
-from pneumatic_servo.units import scale
+from pneumatic_servo.run import Run, between_rows, held_from
+from pneumatic_servo.tables import numbers, read_table, table_of
+from pneumatic_servo.units import is_quantity, magnitude, scale
 
 Array = NDArray[np.float64]
 
 DRIVEN = ("valveVoltage", "supplyPressure", "externalForce")
 """Recorded values of inputs, in force up to each row."""
-
-
-@dataclass(frozen=True)
-class Column:
-    """A column of a table: its name, its unit if one is given, and whether its sign is the opposite of ours.
-
-    `typed` is how somebody wrote it, which may be what stands in the table, with the unit there.
-    """
-
-    name: str
-    unit: str | None
-    turned: bool = False
-    typed: str = field(default="", compare=False)
-
-    @staticmethod
-    def of(signal: str, text: str) -> Column:
-        """Read `column`, `column[unit]`, or either with a minus before it."""
-        where = quoted("columns", f"{signal}={text}")
-        if signal not in SIGNALS:
-            raise ValueError(
-                f"{where}: there is no signal {signal}{did_you_mean(signal, SIGNALS)}; there are {', '.join(SIGNALS)}"
-            )
-        match = re.fullmatch(r"(-?)\s*(.+?)\s*(?:\[([^\[\]]*)\])?", text.strip())
-        if match is None:
-            raise ValueError(f"{where}: it must be {signal}=column or {signal}=column[unit]")
-        return Column(match[2], match[3], bool(match[1]), text.strip())
-
-    def among(self, signal: str, header: Sequence[str], names: Sequence[str]) -> tuple[list[int], Column]:
-        """Return the places of the columns that are meant, and this as it is meant there.
-
-        The whole text may stand in the header; otherwise its name does, with a unit behind it or without.
-        """
-        for text in (self.typed, self.typed.removeprefix("-").lstrip()):
-            exact = [place for place, one in enumerate(header) if text and one == text]
-            if exact:
-                return exact, replace(self, name=text, unit=None, turned=text != self.typed)
-        if self.unit is not None:
-            si_of(signal, self.unit, quoted("columns", f"{signal}={self.typed}"))
-        for known in (header, names):
-            found = [place for place, one in enumerate(known) if one == self.name]
-            if found:
-                return found, self
-        return [], self
-
-
-def columns_of(given: str | Mapping[str, str]) -> dict[str, Column]:
-    """Read which column is which signal, from `signal=column[unit],...` or a mapping."""
-    if isinstance(given, str):
-        pairs = [word.partition("=") for word in given.split(",") if word]
-        wrong = next((word for word, equals, _ in pairs if not equals), None)
-        if wrong is not None:
-            raise ValueError(f"{quoted('columns', wrong)}: it must be signal=column or signal=column[unit]")
-        names = [name.strip() for name, _, _ in pairs]
-        twice = next((name for name in names if names.count(name) > 1), None)
-        if twice is not None:
-            raise ValueError(f"{quoted('columns')}: {twice} is given twice")
-        given = {name.strip(): text for name, _, text in pairs}
-    if not isinstance(given, Mapping):
-        raise TypeError(f"columns must be a text or a mapping of signals to columns, not {given!r}")
-    columns = {signal: Column.of(signal, str(text)) for signal, text in given.items()}
-    seen: dict[str, str] = {}
-    for signal, column in columns.items():
-        first = seen.setdefault(column.typed.removeprefix("-").lstrip(), signal)
-        if first != signal:
-            raise ValueError(f"{quoted('columns')}: {column.name} is given for {first} and for {signal}; which is it?")
-    if "time" not in columns:
-        raise ValueError(f"{quoted('columns')}: no column is given for time, for example time=t")
-    return columns
 
 
 @dataclass(frozen=True)
@@ -118,14 +51,35 @@ class Measured:
     stated: Mapping[str, tuple[str, str]] = field(default_factory=dict)
 
 
+LONG, FINE = 200_000, 1e-3
+"""Samples from which on a record is thinned, to intervals in s that show how a carriage breaks away."""
+
+
 def measured(number: int, source: Any, columns: Mapping[str, Column] | None, encoding: str | None = None) -> Measured:
+    """Return the signals of a source; a long one that is finer than 1 ms is thinned, which a warning tells."""
+    found = _measured(number, source, columns, encoding)
+    time = found.signals["time"] if "time" in found.signals else np.empty(0)
+    if len(time) <= LONG:
+        return found
+    every = int(FINE / max(float(np.median(np.diff(time))), 1e-12) * (1.0 + 1e-9))
+    if not 1 < every <= len(time) // 10:
+        return found
+    warn(
+        f"{found.name}: of {len(time)} samples, {1e3 * FINE / every:.3g} ms apart, one of {every} is used; thin the "
+        "table yourself for another choice"
+    )
+    thinned = {signal: np.ascontiguousarray(values[::every]) for signal, values in found.signals.items()}
+    return replace(found, signals=thinned, where=lambda signal, row: found.where(signal, row * every))
+
+
+def _measured(number: int, source: Any, columns: Mapping[str, Column] | None, encoding: str | None) -> Measured:
     """Return the signals of a file, a table of pandas, a run, or a mapping of arrays."""
     if isinstance(source, Run):
         return _of_run(number, source)
     if isinstance(source, str | Path):
         return _of_table(read_table(source, encoding), Path(source).name, columns)
-    if hasattr(source, "columns") and hasattr(source, "iloc"):
-        return _of_table(of_frame(source, Path(f"record {number}")), f"record {number}", columns)
+    if (table := table_of(source, f"record {number}")) is not None:
+        return _of_table(table, f"record {number}", columns)
     if isinstance(source, Mapping):
         return _of_mapping(number, source, columns)
     raise TypeError(
@@ -134,9 +88,11 @@ def measured(number: int, source: Any, columns: Mapping[str, Column] | None, enc
 
 
 def _of_run(number: int, run: Run) -> Measured:
-    signals = {"time": run.time}
+    signals, between = {"time": run.time}, run.inputs_between_rows()
     for name in run.variables:
         if name in SIGNALS:
+            if name in between:
+                raise ValueError(f"record {number}: {between_rows([name])}")
             signals[name] = run.given(name)
     return Measured(f"record {number}", signals, lambda signal, row: f"record {number}, sample {row} of {signal}")
 
@@ -145,7 +101,7 @@ def _of_mapping(number: int, source: Mapping[str, Any], columns: Mapping[str, Co
     name = f"record {number}"
     header = [str(key) for key in source]
     names, units = names_and_units(header)
-    meant = {signal: column.among(signal, header, names)[0] for signal, column in (columns or {}).items()}
+    meant = {signal: column.among(header, names)[0] for signal, column in (columns or {}).items()}
     if columns is None or (set(names) <= set(SIGNALS) and not all(meant.values())):
         unknown = next((key for key in names if key not in SIGNALS), None)
         if unknown is not None:
@@ -156,7 +112,8 @@ def _of_mapping(number: int, source: Mapping[str, Any], columns: Mapping[str, Co
         columns = {key: Column(key, None) for key in names}
     signals, stated, arrays = {}, {}, list(source.values())
     for signal, given in columns.items():
-        found, column = given.among(signal, header, names)
+        found, column = given.among(header, names)
+        _check_unit(signal, column)
         if not found:
             raise ValueError(
                 f"{quoted('columns')}: there is no array {column.name} for {signal}"
@@ -166,12 +123,14 @@ def _of_mapping(number: int, source: Mapping[str, Any], columns: Mapping[str, Co
             raise ValueError(f"{name}: there are {len(found)} arrays {column.name}; which is {signal}?")
         where = f"{name}, {header[found[0]]}"
         unit = _unit_of(units[found[0]], signal, column, where)
-        times, offset = 1.0, 0.0
-        if unit is not None:
+        times, offset, array = 1.0, 0.0, arrays[found[0]]
+        if is_quantity(array):
+            array = magnitude(array, SIGNALS[signal], where)
+        elif unit is not None:
             si = si_of(signal, unit, where)
-            times, offset = scale(unit, si, signal)
+            times, offset = scale(unit, si, signal, is_above_ambient=signal in ABOVE_AMBIENT)
             stated[signal] = (si, quoted("columns", f"{signal}={column.name}[{column.unit}]") if column.unit else where)
-        values = times * _numbers(header[found[0]], arrays[found[0]]) + offset
+        values = times * _numbers(header[found[0]], array) + offset
         signals[signal] = -values if column.turned else values
     places = {signal: columns[signal].name for signal in signals}
     return Measured(name, signals, lambda signal, row: f"{name}, sample {row} of {places[signal]}", stated=stated)
@@ -186,9 +145,11 @@ def _numbers(name: str, values: Any) -> Array:
 
 def _of_table(table: Table, name: str, columns: Mapping[str, Column] | None) -> Measured:
     found = {
-        signal: _place(table, signal, column)
+        signal: column.place(signal, table)
         for signal, column in (_by_name(table) if columns is None else columns).items()
     }
+    for signal, (_, column) in found.items():
+        _check_unit(signal, column)
     places = {signal: place for signal, (place, _) in found.items()}
     chosen = {signal: column for signal, (_, column) in found.items()}
     if not len(table.values):
@@ -196,10 +157,12 @@ def _of_table(table: Table, name: str, columns: Mapping[str, Column] | None) -> 
     signals, written, stated = {}, {}, {}
     for signal, column in chosen.items():
         place = places[signal]
+        if table.names[place] in table.between:
+            raise ValueError(f"{table.file}: {between_rows([table.names[place]])}")
         where = f"{table.file}:{table.first}, column {place + 1} ({table.names[place]})"
         unit = _unit_of(table.units[place], signal, column, where)
         si = SIGNALS[signal] if unit is None else si_of(signal, unit, where)
-        values = table.in_si(place, unit or si, si)
+        values = table.in_si(place, unit or si, si, is_above_ambient=signal in ABOVE_AMBIENT, has_gaps=signal != "time")
         signals[signal] = -values if column.turned else values
         written[signal] = f"{column.name} in {unit or si}"
         if unit is not None:
@@ -208,7 +171,44 @@ def _of_table(table: Table, name: str, columns: Mapping[str, Column] | None) -> 
         if signal in signals:
             signals[signal] = held_from(signals[signal])
     _check_time(table, places["time"], chosen["time"])
+    signals = _on_one_clock(table, name, signals, places, chosen["time"])
     return Measured(name, signals, lambda signal, row: table.where(row, places[signal]), written, stated)
+
+
+def _on_one_clock(
+    table: Table, name: str, signals: Mapping[str, Array], places: Mapping[str, int], time: Column
+) -> dict[str, Array]:
+    """Return signals at the samples of the chosen clock: commands held, readings on straight lines.
+
+    A channel has a clock of its own in files of some recorders, or empty cells where it was not read.
+    """
+    clocks = {
+        signal: table.clocks.get(place, 0) if table.clocks else places["time"] for signal, place in places.items()
+    }
+    clocks["time"] = places["time"]
+    slow = [signal for signal, values in signals.items() if signal != "time" and np.isnan(values).any()]
+    others = [signal for signal in signals if clocks[signal] != places["time"] or signal in slow]
+    if not others and not np.isnan(signals["time"]).any():
+        return dict(signals)
+    grid = signals["time"][np.isfinite(signals["time"])]
+    found = {signal: values[: len(grid)] for signal, values in signals.items() if signal not in others}
+    begin, end = grid[0], grid[-1]
+    for signal in others:
+        at = clocks[signal]
+        own = table.in_si(at, table.units[at] or time.unit or "s", "s") if at != places["time"] else signals["time"]
+        known = np.isfinite(own) & np.isfinite(signals[signal])
+        own, values = own[known], signals[signal][known]
+        if not len(own):
+            raise ValueError(f"{name}: {signal} has no sample")
+        begin, end = max(begin, own[0]), min(end, own[-1])
+        held = values[np.clip(np.searchsorted(own, grid, side="right") - 1, 0, None)]
+        found[signal] = held if signal in DRIVEN else np.interp(grid, own, values)
+    inside = (grid >= begin) & (grid <= end)
+    warn(
+        f"{name}: {', '.join(others)} {'was' if len(others) == 1 else 'were'} read at other times than {time.name}; "
+        "commands are held and readings run on straight lines between their samples"
+    )
+    return {signal: found[signal][inside] for signal in signals}
 
 
 def _by_name(table: Table) -> dict[str, Column]:
@@ -224,33 +224,55 @@ def _by_name(table: Table) -> dict[str, Column]:
 
 
 def _unit_of(written: str | None, signal: str, column: Column, where: str) -> str | None:
-    """Return the unit of a column: as given or as written in the table, which must agree; None without either."""
+    """Return the unit of a column, as given or else as written in the table; None without either.
+
+    A given unit that differs from the written one counts, and a warning tells; one of another quantity is refused.
+    """
     # Behind a pressure it is a chamber.
     if written == "A" and signal != "force":
         written = None
-    if written is None or column.unit is None:
-        return column.unit or written
-    si = si_of(signal, written, where)
-    if si != si_of(signal, column.unit, where) or scale(written, si, where) != scale(column.unit, si, where):
-        raise ValueError(f"{where}: the table says {written}, {quoted('columns')} {column.unit}; which is it?")
+    if column.unit is None:
+        if written is not None:
+            try:
+                si_of(signal, written, where)
+            except ValueError as error:
+                raise ValueError(
+                    f"{error}; {quoted('columns')} says which it is, {signal}={column.name}[{SIGNALS[signal]}]"
+                ) from None
+        return written
+    if written is not None and not _is_same_unit(written, column.unit, signal, where):
+        if _is_of_another(written, column.unit, signal, where):
+            raise ValueError(f"{where}: the table says {written}, {quoted('columns')} {column.unit}; which is it?")
+        warn(f"{where}: the table says {written}, {quoted('columns')} {column.unit}, which counts")
     return column.unit
 
 
-def _place(table: Table, signal: str, column: Column) -> tuple[int, Column]:
-    found, column = column.among(signal, table.header, table.names)
-    place = f"{table.file}:{table.first}"
-    if not found:
-        hint = did_you_mean(column.name, table.names)
-        raise ValueError(
-            f"{place}: there is no column {column.name} for {signal}{hint}; there are {', '.join(table.header)}"
-        )
-    if len(found) > 1:
-        raise ValueError(f"{place}: there are {len(found)} columns {column.name}; which is {signal}?")
-    return found[0], column
+def _is_of_another(one: str, other: str, signal: str, where: str) -> bool:
+    """Tell whether two units of a signal are of different quantities, as m and deg."""
+    try:
+        return si_of(signal, one, where) != si_of(signal, other, where)
+    except ValueError:
+        return False
+
+
+def _is_same_unit(one: str, other: str, signal: str, where: str) -> bool:
+    """Tell whether two units of a signal are the same; an unknown one is not."""
+    try:
+        si = si_of(signal, one, where)
+        return scale(one, si, where) == scale(other, si, where)
+    except ValueError:
+        return False
+
+
+def _check_unit(signal: str, column: Column) -> None:
+    """Refuse a given unit that the signal does not have."""
+    if column.unit is not None:
+        si_of(signal, column.unit, quoted("columns", f"{signal}={column.typed}"))
 
 
 def _check_time(table: Table, place: int, column: Column) -> None:
     times = table.values[:, place]  # as written, for the message
+    times = times[: len(times) - int(np.argmax(np.isfinite(times[::-1])))] if place not in table.faults else times
     falls = np.flatnonzero(np.diff(times) <= 0.0)
     if len(falls):
         row = int(falls[0]) + 1
@@ -263,5 +285,6 @@ def _check_time(table: Table, place: int, column: Column) -> None:
 
 def listed(data: Any) -> Sequence[Any]:
     """Return a list of sources; a single one is one of them, also one of no kind, which is refused by itself."""
-    is_single = isinstance(data, str | Path | Mapping | Run) or (hasattr(data, "columns") and hasattr(data, "iloc"))
+    is_single = isinstance(data, str | Path | Mapping | Run | np.ndarray) or hasattr(data, "columns")
+    is_single = is_single or hasattr(data, "to_pandas")
     return list(data) if isinstance(data, Iterable) and not is_single else [data]

@@ -81,7 +81,7 @@ def verdict(
 
 def _of_search(fit: Fitted) -> Iterator[Finding]:
     if not fit.converged:
-        yield Finding("red", f"The search has not come to an end ({fit.message}).")
+        yield Finding("red", f"The search did not converge ({fit.message}).")
     bounded = at_bounds(fit.problem, fit.x)
     untold = ", ".join(name for name in fit.not_identifiable if name not in bounded)
     if untold:

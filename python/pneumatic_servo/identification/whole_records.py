@@ -14,13 +14,14 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.stats import t as student
 
 from pneumatic_servo.identification.experiments import INPUTS
 from pneumatic_servo.identification.parameters import DAMPING_SPEED, Free, group_of
 from pneumatic_servo.identification.problem import OtherForm, Problem
 from pneumatic_servo.identification.records import Record
 from pneumatic_servo.identification.sensor import Sensor
-from pneumatic_servo.identification.solve import AT_NOISE, ROUGH, Solution, refine
+from pneumatic_servo.identification.solve import AT_NOISE, FINE, ROUGH, Solution, refine
 from pneumatic_servo.identification.watch import Watch
 from pneumatic_servo.model import Model
 
@@ -32,6 +33,8 @@ WHOLE = 1e9
 """Length in s of segments that no record has."""
 STEP, TOLERANCE = 1e-5, 1e-2
 """Step of the differences of runs, and the factor of the solver's tolerances, where nothing hides a small change."""
+BLOCKS, LEVEL = 20, 0.95
+"""Stretches of time whose residuals are compared, and how sure the better ones have to be."""
 LIKE = 10.0
 """Ratio of what two courses of inputs leave from which on only the better one is searched further."""
 
@@ -64,6 +67,8 @@ class WholeRecords(NamedTuple):
         """Return them for a mass under measured forces, if its position is measured and nobody chose the segments."""
         experiment = problem.experiment
         if not (experiment.native.is_pushed and experiment.options.window is None and "position" in experiment.signals):
+            return None
+        if experiment.options.smooths and not experiment.options.is_smoothing_free:
             return None
         given = experiment.options.inputs
         # Pressures are never held.
@@ -179,6 +184,44 @@ def under_likely_inputs(
     experiment, found = min(ends, key=lambda end: end[1].cost)
     watch.best = found.x
     return replace(problem, experiment=experiment), replace(fitted, experiment=experiment), found
+
+
+def under_likely_smoothing(
+    problem: Problem, fitted: Problem, found: Solution, records: Sequence[Record], extra: Sequence[Record],
+    validation: float, loss: str, watch: Watch,
+) -> tuple[Problem, Problem, Solution]:  # fmt: skip
+    """Return a problem, its fitted part and a solution, with measured forces unsmoothed if that leaves less.
+
+    Smoothing wipes out the course of a force that is exact; where its noise breaks a mass away, or nothing tells which
+    is better, it stays.
+    """
+    own = fitted.experiment
+    if not (own.native.is_pushed and own.options.smooths and own.options.is_smoothing_free):
+        return problem, fitted, found
+    watch.stage("forces without smoothing")
+    raw = Problem.of(own.with_options(smooths=False), records, problem.free, validation, extra)
+    raw = replace(raw, workers=problem.workers, jac=problem.jac, sensors=problem.sensors)
+    trained = raw.trained().bounded()
+    if len(trained.start) != len(found.x) or trained.size != fitted.size:
+        return problem, fitted, found
+    best = refine(trained, found.x, loss, watch, FINE)
+    if not _leaves_less(trained, best, fitted, found):
+        watch.best = found.x
+        return problem, fitted, found
+    raw.experiment.notes.append("measured forces are not smoothed: smoothed ones leave more")
+    return raw, trained, best
+
+
+def _leaves_less(one: Problem, found: Solution, other: Problem, base: Solution) -> bool:
+    """Tell whether one problem leaves less of the same samples than another, by more than chance.
+
+    The noise of a force makes autocorrelated residuals, of which a few percent less say nothing: the gains of
+    stretches of time have to agree.
+    """
+    blocks = one.blocks(BLOCKS)
+    squares = [problem.residuals([end.x])[0] ** 2 for problem, end in ((one, found), (other, base))]
+    gains = np.bincount(blocks, squares[1] - squares[0])
+    return bool(np.mean(gains) > student.ppf(LEVEL, len(gains) - 1) * np.std(gains, ddof=1) / np.sqrt(len(gains)))
 
 
 def _note_on(course: str | None) -> str:

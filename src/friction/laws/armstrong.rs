@@ -28,7 +28,8 @@ parameters! {
     /// Sticking is an oscillation of frequency `sqrt(sigma0/m)` about the anchor, not a rest. Steps of the solver are at
     /// most `tauL/4`; see `DelayLine` for what it resolves: an oscillation of the velocity of frequency `f` comes back with
     /// an error of at most `6.2e-5*(f*tauL)^3` of its amplitude, 0.4 % at `f = 4/tauL` (800 Hz with the default, 20 Hz with
-    /// `tauL` = 0.2 s).
+    /// `tauL` = 0.2 s). While a prescribed motion rests or unloads the spring, the spring yields
+    /// to a break-away force that falls below its own.
     ///
     /// # Errors
     /// [`ParameterError`] for a `tauL` above 0 and below 10 us.
@@ -44,6 +45,7 @@ parameters! {
         dwell_time: Tunable = dwell_time(6, 0.1)
             .text("Time at rest in which half of the missing static excess comes back");
         lag: Fixed = Variable::parameter(7, "tauL", units::SECOND, 5e-3)
+            .plausible(1e-6, 1.0)
             .range(0.0, 10.0)
             .shown_in("ms")
             .text("Frictional memory: delay of friction behind a change of speed; 0 or at least 10 us");
@@ -54,7 +56,7 @@ parameters! {
     }
 }
 
-/// The mode, the values at its last change, and the delay line. Forces are at load level 1.
+/// The mode, the values at its last change, and the delay line. Forces are at load factor 1.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(bound(serialize = "", deserialize = ""))]
 pub struct Memory<S: Varying> {
@@ -100,7 +102,9 @@ impl FrictionLaw for Armstrong {
 
     fn force<S: Scalar>(&self, contact: &Contact<S>, _z: &[S], memory: &Memory<S::Held>, _rates: &mut [S]) -> S {
         match memory.mode {
-            Mode::Sticking { place, load } => self.spring.force(contact, place, load),
+            Mode::Sticking { place, load } => {
+                self.spring.holding(contact, place, load, || self.limits(contact, memory).break_away)
+            }
             Mode::Sliding { direction } => {
                 let dry = self.stribeck_part(contact, memory) + self.coulomb_force;
                 contact.level * dry * direction + contact.velocity * self.viscous
@@ -134,6 +138,9 @@ impl FrictionLaw for Armstrong {
 
     fn follow<S: Varying>(&self, contact: &Contact<S>, _z: &[S], memory: &mut Memory<S>) -> bool {
         memory.line.follow(contact, self.lag);
+        if let Some(yielded) = self.spring.yielded(memory.mode, contact, self.limits(contact, memory)) {
+            memory.mode = yielded;
+        }
         true
     }
 
@@ -151,19 +158,19 @@ impl FrictionLaw for Armstrong {
 }
 
 impl Armstrong {
-    /// Excess of sliding friction over the Coulomb friction, in N at load level 1.
+    /// Excess of sliding friction over the Coulomb friction, in N at load factor 1.
     fn stribeck_part<S: Scalar>(&self, contact: &Contact<S>, memory: &Memory<S::Held>) -> S {
         let ratio = memory.line.velocity(contact, self.lag) / self.stribeck_velocity;
         S::held(memory.excess) / (ratio * ratio + 1.0)
     }
 
-    /// `F_s` after sticking until a time, in N at load level 1.
-    fn risen_excess<S: Varying>(&self, time: S, memory: &Memory<S>) -> S {
-        let dwell = time - memory.since;
-        memory.excess + (S::tuned(self.static_excess) - memory.excess) * dwell / (dwell + self.dwell_time)
+    /// `F_s` after sticking until a time, in N at load factor 1.
+    fn risen_excess<S: Scalar>(&self, time: S, memory: &Memory<S::Held>) -> S {
+        let (dwell, excess) = (time - S::held(memory.since), S::held(memory.excess));
+        excess + (S::tuned(self.static_excess) - excess) * dwell / (dwell + self.dwell_time)
     }
 
-    fn limits<S: Varying>(&self, contact: &Contact<S>, memory: &Memory<S>) -> Limits<S> {
+    fn limits<S: Scalar>(&self, contact: &Contact<S>, memory: &Memory<S::Held>) -> Limits<S> {
         let limit = |excess: S| contact.level * (excess + self.coulomb_force);
         match memory.mode {
             Mode::Sticking { .. } => {

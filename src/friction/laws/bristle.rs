@@ -27,10 +27,10 @@ parameters! {
     /// the path alone, and the same `seed` gives the same sequence.
     ///
     /// # Validity
-    /// None of the parameters is a force: the load level `lambda` scales the strength of the bonds, not their stiffness; it
+    /// None of the parameters is a force: the load factor `lambda` scales the strength of the bonds, not their stiffness; it
     /// counts as 1e-6 at least, which leaves micronewtons. In sliding a bond breaks every `d/(2*N)`; where that is more than
     /// four times in `window` seconds, the bonds break and form as before but the force is the mean over the path covered in
-    /// that time, at the load level of its beginning. With `window = 0` each break is located, at about two million breaks
+    /// that time, at the load factor of its beginning. With `window = 0` each break is located, at about two million breaks
     /// per metre with the defaults.
     ///
     /// # Source
@@ -39,7 +39,7 @@ parameters! {
         viscous: Tunable = viscous(30.0);
         count: usize = Variable::count(5, "N", 20).range(1.0, MAX_BRISTLES as f64).text("Number of bristles");
         stiffness: Tunable = stiffness(6, "sigma0", 6.2e4).text("Stiffness of a bristle");
-        strength: Tunable = length(7, "deltaS", 1e-5).text("Deflection at which a bond breaks at load level 1");
+        strength: Tunable = length(7, "deltaS", 1e-5).text("Deflection at which a bond breaks at load factor 1");
         seed: u64 = Variable::count(8, "seed", 1).range(0.0, f64::from(i32::MAX)).text("Seed of the random numbers");
         window: Tunable = Variable::parameter(9, "window", units::SECOND, 1e-4)
             .range(0.0, 1e-2)
@@ -82,7 +82,7 @@ impl FrictionLaw for Bristle {
         &[Event::Stop, Event::Distance]
     }
 
-    fn is_gentle(&self) -> bool {
+    fn is_non_stiff(&self) -> bool {
         true
     }
 

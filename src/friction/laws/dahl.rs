@@ -66,7 +66,11 @@ impl BristleLaw for Dahl {
     }
 
     /// The slope of a brittle contact is infinite at the limit.
-    fn is_gentle(&self) -> bool {
+    fn may_differ_by_direction(&self) -> bool {
+        true
+    }
+
+    fn is_non_stiff(&self) -> bool {
         !self.is_brittle()
     }
 

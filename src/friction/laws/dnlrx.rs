@@ -7,7 +7,7 @@ use crate::friction::parts::elements::{self, MAX_ELEMENTS};
 use crate::numbers::{Scalar, Varying};
 use crate::parameters;
 use crate::system::Sample;
-use crate::variables::{Meaning, Tunable, Variable, units};
+use crate::variables::{Condition, Meaning, Tunable, Variable, counted_by, units};
 
 /// Taps of the displacement: the present sample and four past ones.
 const POSITION_TAPS: usize = 5;
@@ -38,7 +38,7 @@ parameters! {
     /// Rizos, Fassois (2004), Presliding friction identification based upon the Maxwell slip model structure, Chaos 14(2):
     /// 431-445, has the linear regression that this extends.
     Dnlrx {
-        sample_time: f64 = Variable::parameter(4, "Ts", units::SECOND, 1e-3).range(1e-6, 10.0).shown_in("ms")
+        sample_time: f64 = Variable::parameter(4, "Ts", units::SECOND, 1e-3).range(1e-6, 10.0).plausible(1e-5, 0.2).shown_in("ms")
             .meaning(Meaning::Sampling)
             .text("Sample time");
         count: usize = elements::count(4);
@@ -46,20 +46,20 @@ parameters! {
             .text("Number of past displacements that count; coefficients beyond are unused");
         spring_taps: usize = Variable::count(7, "nchi", 0).range(0.0, (SPRING_TAPS - 1) as f64)
             .text("Number of past spring deformations that count; coefficients beyond are unused");
-        limit: [Tunable; MAX_ELEMENTS] = Variable::parameter(10, "limit", units::METRE, 0.0).range(0.0, 1.0)
-            .text("Largest deformation of a spring at load level 1")
-            .array([2.59375e-6, 5.1875e-6, 1.0375e-5, 2.075e-5, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+        limit: [Tunable; MAX_ELEMENTS] = counted_by("N", Variable::parameter(10, "limit", units::METRE, 0.0).range(0.0, 1.0).plausible(1e-10, 2e-3)
+            .text("Largest deformation of a spring at load factor 1")
+            .array([2.59375e-6, 5.1875e-6, 1.0375e-5, 2.075e-5, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]));
         position_coefficient: [Tunable; POSITION_TAPS] = coefficient(20, "c")
             .meaning(Meaning::ViscousFriction)
             .text("Coefficient of the displacement 0, 1, 2, ... samples ago")
             .array([3e4, -3e4, 0.0, 0.0, 0.0]);
-        spring_coefficient_0: [Tunable; MAX_ELEMENTS] = coefficient(30, "chi0")
+        spring_coefficient_0: [Tunable; MAX_ELEMENTS] = counted_by("N", coefficient(30, "chi0")
             .text("Coefficient of the present deformation of a spring")
-            .array([8e5, 4e5, 2e5, 1e5, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
-        spring_coefficient_1: [Tunable; MAX_ELEMENTS] = coefficient(40, "chi1")
-            .text("Coefficient of the deformation of a spring one sample ago").array([0.0; MAX_ELEMENTS]);
-        spring_coefficient_2: [Tunable; MAX_ELEMENTS] = coefficient(50, "chi2")
-            .text("Coefficient of the deformation of a spring two samples ago").array([0.0; MAX_ELEMENTS]);
+            .array([8e5, 4e5, 2e5, 1e5, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]));
+        spring_coefficient_1: [Tunable; MAX_ELEMENTS] = counted_by("N", coefficient(40, "chi1").counts_where(Condition::at_least("nchi", 1))
+            .text("Coefficient of the deformation of a spring one sample ago").array([0.0; MAX_ELEMENTS]));
+        spring_coefficient_2: [Tunable; MAX_ELEMENTS] = counted_by("N", coefficient(50, "chi2").counts_where(Condition::at_least("nchi", 2))
+            .text("Coefficient of the deformation of a spring two samples ago").array([0.0; MAX_ELEMENTS]));
     }
 }
 

@@ -27,7 +27,7 @@ parameters! {
     /// At constant `v != 0`, `F -> s(v)*sgn(v) + sigma2*v`. Oscillating loads below `zbaRatio*F_c` cause no drift.
     ///
     /// # Validity
-    /// `|z| <= lambda*F_s/sigma0` is invariant at a constant load level. Passive at any level, however it varies, with the
+    /// `|z| <= lambda*F_s/sigma0` is invariant at a constant load factor. Passive at any level, however it varies, with the
     /// stored energy `sigma0*z^2/2`: a bristle that is bent beyond what `s` lets it bear goes back while the mass goes on, and
     /// the damping of that would push the mass; the bound leaves of it what the yielding takes up. The
     /// default cylinder does not reach it. Where `s` falls to 0, within the last micronewton, `z` goes to 0.
@@ -57,8 +57,12 @@ impl BristleLaw for ElastoPlastic {
         self.curve.check()
     }
 
-    fn is_gentle(&self) -> bool {
-        self.curve.is_gentle()
+    fn may_differ_by_direction(&self) -> bool {
+        true
+    }
+
+    fn is_non_stiff(&self) -> bool {
+        self.curve.is_non_stiff()
     }
 
     fn scale(&self) -> f64 {

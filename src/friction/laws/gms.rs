@@ -8,7 +8,7 @@ use crate::friction::parts::fading::{divisor, fading_rate};
 use crate::friction::parts::parameters::{stiffness, viscous};
 use crate::numbers::{Scalar, Varying};
 use crate::parameters;
-use crate::variables::{Notice, ParameterError, Tunable, Variable, units};
+use crate::variables::{Notice, ParameterError, Tunable, Variable, counted_by, units};
 
 parameters! {
     /// Generalised Maxwell-slip friction: up to ten elements, one state each, the element's force `F_i` in N.
@@ -38,12 +38,12 @@ parameters! {
         attraction: Tunable = Variable::parameter(6, "C", units::NEWTON_PER_SECOND, 500.0)
             .range(1e-3, 1e9)
             .text("Rate at which the force of slipping elements approaches the Stribeck curve");
-        stiffness: [Tunable; MAX_ELEMENTS] = stiffness(10, "k", 1e5).text("Stiffness of an element")
-            .array([4e5, 3e5, 2e5, 1e5, 1e5, 1e5, 1e5, 1e5, 1e5, 1e5]);
-        share: [Tunable; MAX_ELEMENTS] = Variable::parameter(20, "alpha", units::ONE, 0.0)
+        stiffness: [Tunable; MAX_ELEMENTS] = counted_by("N", stiffness(10, "k", 1e5).text("Stiffness of an element")
+            .array([4e5, 3e5, 2e5, 1e5, 1e5, 1e5, 1e5, 1e5, 1e5, 1e5]));
+        share: [Tunable; MAX_ELEMENTS] = counted_by("N", Variable::parameter(20, "alpha", units::ONE, 0.0)
             .range(0.0, 10.0)
             .text("Share of an element in the Stribeck curve; shares usually add up to 1")
-            .array([0.25, 0.25, 0.25, 0.25, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+            .array([0.25, 0.25, 0.25, 0.25, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]));
     }
 }
 
@@ -57,8 +57,8 @@ impl FrictionLaw for Gms {
         &[Event::Stop, Event::BreakAway]
     }
 
-    fn is_gentle(&self) -> bool {
-        self.curve.is_gentle()
+    fn is_non_stiff(&self) -> bool {
+        self.curve.is_non_stiff()
     }
 
     fn check(&self) -> Result<(), ParameterError> {

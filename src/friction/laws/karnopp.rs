@@ -70,6 +70,17 @@ impl FrictionLaw for Karnopp {
         Stiction::Exact
     }
 
+    fn may_differ_by_direction(&self) -> bool {
+        true
+    }
+
+    fn sliding_direction<S: Varying>(memory: &Memory<S>) -> Option<f64> {
+        match memory.mode {
+            Mode::Held => None,
+            Mode::Crossing(direction) | Mode::Sliding(direction) => Some(direction),
+        }
+    }
+
     fn events(&self) -> &'static [Event] {
         &[Event::Stop, Event::BreakAway, Event::Edge, Event::Fall]
     }
@@ -78,8 +89,8 @@ impl FrictionLaw for Karnopp {
         self.curve.check()
     }
 
-    fn is_gentle(&self) -> bool {
-        self.curve.is_gentle()
+    fn is_non_stiff(&self) -> bool {
+        self.curve.is_non_stiff()
     }
 
     fn start<S: Varying>(&self, contact: &Contact<S>) -> Memory<S> {

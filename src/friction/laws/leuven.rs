@@ -31,7 +31,7 @@ parameters! {
     /// `F_h` is a function of `z` without drift; `x` still drifts under oscillating loads unless `n` is large, since `z`
     /// follows `x` only in part.
     ///
-    /// Passive at a constant load level. `F_h` is the force of a spring `k1` and of infinitely many springs side by side, of the
+    /// Passive at a constant load factor. `F_h` is the force of a spring `k1` and of infinitely many springs side by side, of the
     /// stiffness `lambda*f1*f2^2*exp(-f2*b)*db` each, that follow `z` up to a deflection `b` and then slip. With their
     /// deflections `e_b` the stored energy is
     ///
@@ -43,7 +43,7 @@ parameters! {
     /// A level that grows makes bent springs stiffer: the load, not the motion, then brings the second part of `E`, at most
     /// `lambda*f1/f2`, 1e-5 J with the defaults at level 1.
     ///
-    /// Turning points are kept as positions, so that all loops scale with the load level.
+    /// Turning points are kept as positions, so that all loops scale with the load factor.
     /// A retreat of `z` slower than 1e-9 m/s plus a millionth of `v` does not count as a reversal: in steady sliding `z` is
     /// at rest only to rounding. The stack holds 128 turning points. When it is full, the loop that differs least from its
     /// neighbours is forgotten; when the one around it closes, the force jumps by the little that it had contributed (less
@@ -140,12 +140,8 @@ impl BristleLaw for Leuven {
         self.curve.check()
     }
 
-    fn scales_deflection_force(&self) -> bool {
-        true
-    }
-
-    fn is_gentle(&self) -> bool {
-        self.curve.is_gentle()
+    fn is_non_stiff(&self) -> bool {
+        self.curve.is_non_stiff()
     }
 
     fn scale(&self) -> f64 {

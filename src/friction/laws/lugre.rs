@@ -40,7 +40,7 @@ parameters! {
         viscous: Tunable = viscous(30.0);
         stiffness: Tunable = stiffness(5, "sigma0", STIFFNESS).text("Bristle stiffness");
         damping: Tunable = damping(6, "sigma1", DAMPING).text("Bristle damping at zero velocity");
-        damping_velocity: Decay = velocity(7, "vd", DAMPING_VELOCITY).range(0.0, 1e6)
+        damping_velocity: Decay = velocity(7, "vd", DAMPING_VELOCITY).range(0.0, 1e6).plausible(1e-7, 1e6)
             .text("Velocity above which the bristle damping has decayed; 0: never, as in the published law");
     }
 }
@@ -91,8 +91,12 @@ impl BristleLaw for LuGre {
         self.curve.check()
     }
 
-    fn is_gentle(&self) -> bool {
-        self.curve.is_gentle()
+    fn may_differ_by_direction(&self) -> bool {
+        true
+    }
+
+    fn is_non_stiff(&self) -> bool {
+        self.curve.is_non_stiff()
     }
 
     fn notice(&self) -> Option<Notice> {

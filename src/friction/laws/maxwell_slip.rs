@@ -8,7 +8,7 @@ use crate::friction::parts::elements::{self, Load, MAX_ELEMENTS, Modes};
 use crate::friction::parts::parameters::{force, stiffness, viscous};
 use crate::numbers::{Scalar, Varying};
 use crate::parameters;
-use crate::variables::Tunable;
+use crate::variables::{Tunable, counted_by};
 
 parameters! {
     /// Maxwell-slip friction of up to ten elements: rate-independent hysteresis with non-local memory, without drift.
@@ -31,10 +31,10 @@ parameters! {
     MaxwellSlip {
         viscous: Tunable = viscous(30.0);
         count: usize = elements::count(4);
-        stiffness: [Tunable; MAX_ELEMENTS] = stiffness(10, "k", 1e5).text("Stiffness of an element")
-            .array([8e5, 4e5, 2e5, 1e5, 1e5, 1e5, 1e5, 1e5, 1e5, 1e5]);
-        limit: [Tunable; MAX_ELEMENTS] = force(20, "W", 0.0).text("Largest force of an element")
-            .array([2.075, 2.075, 2.075, 2.075, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+        stiffness: [Tunable; MAX_ELEMENTS] = counted_by("N", stiffness(10, "k", 1e5).text("Stiffness of an element")
+            .array([8e5, 4e5, 2e5, 1e5, 1e5, 1e5, 1e5, 1e5, 1e5, 1e5]));
+        limit: [Tunable; MAX_ELEMENTS] = counted_by("N", force(20, "W", 0.0).text("Largest force of an element")
+            .array([2.075, 2.075, 2.075, 2.075, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]));
     }
 }
 
@@ -61,7 +61,7 @@ impl FrictionLaw for MaxwellSlip {
         &[Drive::Force, Drive::Motion]
     }
 
-    fn is_gentle(&self) -> bool {
+    fn is_non_stiff(&self) -> bool {
         true
     }
 

@@ -10,7 +10,7 @@ parameters! {
 }
 
 impl VelocityLaw for NoFriction {
-    const IS_GENTLE: bool = true;
+    const IS_NON_STIFF: bool = true;
 
     fn force<S: Scalar>(&self, _velocity: S, _level: S) -> S {
         S::zero()

@@ -75,6 +75,14 @@ impl FrictionLaw for Polito {
         true
     }
 
+    fn may_differ_by_direction(&self) -> bool {
+        true
+    }
+
+    fn sliding_direction<S: Varying>(memory: &Memory) -> Option<f64> {
+        memory.mode.direction()
+    }
+
     fn events(&self) -> &'static [Event] {
         &[Event::Stop, Event::BreakAway, Event::Rise, Event::Fall]
     }
@@ -88,8 +96,8 @@ impl FrictionLaw for Polito {
         check_forces(self.accelerating.static_force, "Fc2", self.decelerating_coulomb)
     }
 
-    fn is_gentle(&self) -> bool {
-        self.accelerating.is_gentle()
+    fn is_non_stiff(&self) -> bool {
+        self.accelerating.is_non_stiff()
     }
 
     fn start<S: Varying>(&self, contact: &Contact<S>) -> Memory {

@@ -23,7 +23,7 @@ parameters! {
     /// the motion reverses the force jumps to the bond's.
     ///
     /// # Validity
-    /// None of the parameters is a force: the load level `lambda` scales the limit of the strain, not the stiffness. At
+    /// None of the parameters is a force: the load factor `lambda` scales the limit of the strain, not the stiffness. At
     /// constant level `|z| <= lambda*z0` is invariant; a bond stretched beyond a limit that falls yields as soon as the
     /// motion stretches it further. While it yields, the state stays where yielding began.
     ///
@@ -32,7 +32,7 @@ parameters! {
     ResetIntegrator {
         viscous: Tunable = viscous(30.0);
         stiffness: Tunable = stiffness(5, "sigma0", 1e6).text("Stiffness of the bond while sliding");
-        yield_strain: Tunable = length(6, "z0", 8.3e-6).text("Strain at which the bond yields at load level 1");
+        yield_strain: Tunable = length(6, "z0", 8.3e-6).text("Strain at which the bond yields at load factor 1");
         stiction_gain: Tunable = Variable::parameter(7, "a", units::ONE, 0.325)
             .range(0.0, 100.0)
             .text("Excess of the break-away force over the sliding force, relative to the latter");
@@ -71,7 +71,7 @@ impl BristleLaw for ResetIntegrator {
 }
 
 impl ResetIntegrator {
-    /// Strain in m at which the bond yields at a load level.
+    /// Strain in m at which the bond yields at a load factor.
     fn limit<S: Scalar>(&self, level: S) -> S {
         level * self.yield_strain
     }

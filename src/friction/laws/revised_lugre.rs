@@ -24,7 +24,7 @@ parameters! {
     /// ```
     ///
     /// At constant `v != 0`, `F -> g(v, h_ss(v))*sgn(v) + sigma2*v`. The film lags behind the velocity: friction is higher while the
-    /// speed rises than while it falls, over a range of speeds that grows with frequency. It outlasts a stop: contacts break away at
+    /// speed rises than while it falls, most where the period fits the time constants of the film. It outlasts a stop: contacts break away at
     /// `(1 - h)*F_s`, and at `F_s` after a rest much longer than `tau_h0`, as at the start of a run.
     ///
     /// As published, a contact rests at `v = 0` alone, which is the limit `v_0 -> 0`. A mass that bristles hold is never at rest
@@ -58,13 +58,13 @@ parameters! {
         shrinking: Tunable = film_time(9, "tauHn", 1.0).text("Time constant of the lubricant film while it shrinks in motion");
         dwelling: Tunable = film_time(10, "tauH0", 40.0).text("Time constant of the lubricant film at rest");
         rest_velocity: Tunable = velocity(11, "v0", 1e-4).text("Speed below which the lubricant film counts as at rest");
-        damping_velocity: Decay = velocity(12, "vd", DAMPING_VELOCITY).range(0.0, 1e6)
+        damping_velocity: Decay = velocity(12, "vd", DAMPING_VELOCITY).range(0.0, 1e6).plausible(1e-7, 1e6)
             .text("Velocity above which the bristle damping has decayed; 0: never, as in the published law");
     }
 }
 
 fn film_time(reference: u32, name: &str, default: f64) -> Variable {
-    Variable::parameter(reference, name, units::SECOND, default).range(1e-6, 1e6)
+    Variable::parameter(reference, name, units::SECOND, default).range(1e-6, 1e6).plausible(1e-6, 200.0)
 }
 
 impl FrictionLaw for RevisedLuGre {
@@ -80,6 +80,10 @@ impl FrictionLaw for RevisedLuGre {
             .alone()
             .text("Thickness of the lubricant film, without unit"),
     ];
+
+    fn may_differ_by_direction(&self) -> bool {
+        true
+    }
 
     fn check(&self) -> Result<(), ParameterError> {
         self.curve.check()

@@ -1,7 +1,7 @@
 //! Stick-slip with an anchored spring-damper.
 
 use crate::friction::event::{Event, Indicators};
-use crate::friction::law::{Contact, FrictionLaw, Stiction};
+use crate::friction::law::{Contact, Drive, FrictionLaw, Stiction};
 use crate::friction::parts::anchored::{Limits, Mode, Spring};
 use crate::friction::parts::parameters::{check_forces, coulomb_force, damping, static_force, stiffness, viscous};
 use crate::numbers::{Scalar, Varying};
@@ -20,7 +20,8 @@ parameters! {
     ///
     /// # Validity
     /// Sticking is an oscillation of frequency `sqrt(k/m)` about the anchor, not a rest. At break-away the force jumps from
-    /// `F_s` to `F_c`. A load level that falls below the force of a loaded spring lets the mass slide.
+    /// `F_s` to `F_c`. A load factor that falls below the force of a loaded spring lets the mass slide; while a
+    /// prescribed motion rests or unloads the spring, the spring yields.
     ///
     /// # Errors
     /// [`ParameterError`] for `F_c > F_s`.
@@ -49,7 +50,11 @@ impl FrictionLaw for StickSlipSpring {
         &[Event::Stop, Event::BreakAway]
     }
 
-    fn is_gentle(&self) -> bool {
+    fn follows(&self) -> &'static [Drive] {
+        &[Drive::Motion]
+    }
+
+    fn is_non_stiff(&self) -> bool {
         true
     }
 
@@ -63,7 +68,9 @@ impl FrictionLaw for StickSlipSpring {
 
     fn force<S: Scalar>(&self, contact: &Contact<S>, _z: &[S], mode: &Mode<S::Held>, _rates: &mut [S]) -> S {
         match *mode {
-            Mode::Sticking { place, load } => self.spring.force(contact, place, load),
+            Mode::Sticking { place, load } => {
+                self.spring.holding(contact, place, load, || self.limits(contact).break_away)
+            }
             Mode::Sliding { direction } => {
                 contact.level * (self.coulomb_force * direction) + contact.velocity * self.viscous
             }
@@ -76,6 +83,12 @@ impl FrictionLaw for StickSlipSpring {
 
     fn switch<S: Varying>(&self, _event: Event, contact: &Contact<S>, _v: &mut S, _z: &mut [S], mode: &mut Mode<S>) {
         *mode = self.spring.switched(*mode, contact, self.limits(contact));
+    }
+
+    fn follow<S: Varying>(&self, contact: &Contact<S>, _z: &[S], mode: &mut Mode<S>) -> bool {
+        let Some(yielded) = self.spring.yielded(*mode, contact, self.limits(contact)) else { return false };
+        *mode = yielded;
+        true
     }
 
     fn is_sticking<S: Varying>(mode: &Mode<S>) -> bool {

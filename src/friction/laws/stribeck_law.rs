@@ -26,7 +26,7 @@ parameters! {
     /// left once it slides, be it by micrometres. A run that starts at rest has rested for ever. `FsInf` = 0 stands for
     /// `F_s`: then break-away does not depend on time.
     ///
-    /// Static and Coulomb friction grow with the load level `lambda` alike, or in the ratio `kappaRatio`: with 2, a level
+    /// Static and Coulomb friction grow with the load factor `lambda` alike, or in the ratio `kappaRatio`: with 2, a level
     /// of 1.1 gives 20 % more static friction. A contact at rest holds what friction takes while it slides: where the level
     /// leaves less static than Coulomb friction, the latter is all there is.
     ///
@@ -51,7 +51,7 @@ parameters! {
             .text("Time at rest in which half of the growth from Fs to FsInf is done");
         kappa_ratio: Tunable = Variable::parameter(7, "kappaRatio", units::ONE, 1.0)
             .range(0.0, 100.0)
-            .text("Growth of the static friction with the load level relative to the growth of the Coulomb friction");
+            .text("Growth of the static friction with the load factor relative to the growth of the Coulomb friction");
     }
 }
 
@@ -68,6 +68,14 @@ impl FrictionLaw for Stribeck {
 
     fn stiction(&self) -> Stiction {
         Stiction::Exact
+    }
+
+    fn may_differ_by_direction(&self) -> bool {
+        true
+    }
+
+    fn sliding_direction<S: Varying>(memory: &Memory<S>) -> Option<f64> {
+        memory.mode.direction()
     }
 
     fn events(&self) -> &'static [Event] {
@@ -88,8 +96,8 @@ impl FrictionLaw for Stribeck {
         Ok(())
     }
 
-    fn is_gentle(&self) -> bool {
-        self.curve.is_gentle()
+    fn is_non_stiff(&self) -> bool {
+        self.curve.is_non_stiff()
     }
 
     fn start<S: Varying>(&self, contact: &Contact<S>) -> Memory<S> {
@@ -169,7 +177,7 @@ impl Stribeck {
         self.kappa_ratio == Tunable::still(1.0)
     }
 
-    /// The load level `lambda_s` of the static friction.
+    /// The load factor `lambda_s` of the static friction.
     fn static_level<S: Scalar>(&self, level: S) -> S {
         if self.has_one_level() {
             return level;
@@ -255,10 +263,10 @@ mod tests {
 
     /// An exponent below 1 makes the curve infinitely steep at rest.
     #[test]
-    fn law_on_a_steep_curve_is_not_gentle() {
+    fn law_on_a_steep_curve_is_stiff() {
         let with = |exponent: f64| {
             Stribeck::read(&[10.0, 6.0, 0.01, exponent, 30.0, 10.0, 0.5, 1.0].map(Tunable::still)).unwrap()
         };
-        assert_eq!([0.5, 1.0, 2.0].map(|exponent| with(exponent).is_gentle()), [false, true, true]);
+        assert_eq!([0.5, 1.0, 2.0].map(|exponent| with(exponent).is_non_stiff()), [false, true, true]);
     }
 }

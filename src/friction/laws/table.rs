@@ -3,7 +3,7 @@
 use crate::friction::parts::parameters::viscous;
 use crate::friction::parts::stick_slip::SetValued;
 use crate::numbers::{MonotoneCurve, Number, Scalar};
-use crate::variables::{ParameterError, ParameterSet, Tunable, Variable, units};
+use crate::variables::{ParameterError, ParameterSet, Tunable, Variable, counted_by, units};
 
 /// Points that each direction may have.
 const POINTS: usize = 11;
@@ -38,18 +38,21 @@ fn points(reference: u32, side: &str, way: &str) -> Variable {
 }
 
 fn speeds(reference: u32, side: &str, way: &str) -> [Variable; POINTS] {
-    Variable::parameter(reference, &format!("{side}.speed"), units::METRE_PER_SECOND, 0.0)
+    let speeds = Variable::parameter(reference, &format!("{side}.speed"), units::METRE_PER_SECOND, 0.0)
         .range(0.0, 1e6)
+        .plausible(1e-7, 1.5)
         .shown_in("mm/s")
         .text(&format!("Speed towards {way}, rising from point to point"))
-        .array(SPEEDS)
+        .array(SPEEDS);
+    counted_by(&format!("{side}.points"), speeds)
 }
 
 fn forces(reference: u32, side: &str, way: &str) -> [Variable; POINTS] {
-    Variable::parameter(reference, &format!("{side}.force"), units::NEWTON, 0.0)
+    let forces = Variable::parameter(reference, &format!("{side}.force"), units::NEWTON, 0.0)
         .range(0.0, 1e6)
         .text(&format!("Friction force at that speed towards {way}; the first is the force that breaks away"))
-        .array(FORCES)
+        .array(FORCES);
+    counted_by(&format!("{side}.points"), forces)
 }
 
 /// Friction by measured points for each direction, set-valued at rest.
@@ -139,7 +142,7 @@ impl Table {
 }
 
 impl SetValued for Table {
-    fn is_gentle(&self) -> bool {
+    fn is_non_stiff(&self) -> bool {
         self.sides.iter().all(|side| side.steepest < STEEP)
     }
 
@@ -205,7 +208,7 @@ mod tests {
         assert!(slope > 30.0 && (sliding(&law, -0.3, 1.0) + 9.0 + 0.1 * slope).abs() < 1e-12);
     }
 
-    /// The load level multiplies the points; viscous friction is added.
+    /// The load factor multiplies the points; viscous friction is added.
     #[test]
     fn points_scale_with_the_load_level() {
         assert!((sliding(&law(20.0), 0.025, 2.0) - (2.0 * 8.0 + 0.5)).abs() < 1e-12);

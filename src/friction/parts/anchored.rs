@@ -1,7 +1,8 @@
 //! Stiction as a spring and damper anchored where the mass stuck: the two modes of such laws.
 //!
 //! While sticking the spring-damper carries the mass, until its force exceeds the break-away force. Sliding ends when
-//! the velocity crosses 0; there the spring is anchored such that the force stays as it is.
+//! the velocity crosses 0; there the spring is anchored such that the force stays as it is. While a prescribed motion rests or
+//! unloads the spring, the spring yields to a break-away force that falls.
 
 use serde::{Deserialize, Serialize};
 
@@ -75,6 +76,32 @@ impl Spring {
         (contact.position - S::held(place)) * self.stiffness + contact.velocity * self.damping + S::held(load)
     }
 
+    /// Force in N of a contact that sticks. A prescribed motion that rests, or unloads the spring, cannot break it away: there the
+    /// spring yields to a break-away force that falls below its own.
+    pub fn holding<S: Scalar>(
+        &self,
+        contact: &Contact<S>,
+        place: S::Held,
+        load: S::Held,
+        break_away: impl FnOnce() -> S,
+    ) -> S {
+        let force = self.force(contact, place, load);
+        if contact.drive == Drive::Force || force.value() * contact.velocity.value() > 0.0 {
+            return force;
+        }
+        let most = break_away().max(S::zero());
+        force.clamp(-most, most)
+    }
+
+    /// The mode behind a step in which the spring has yielded, if it has: it keeps the force that is left.
+    pub fn yielded<S: Varying>(&self, mode: Mode<S>, contact: &Contact<S>, limits: Limits<S>) -> Option<Mode<S>> {
+        let Mode::Sticking { place, load } = mode else { return None };
+        let force = self.force(contact, place, load);
+        let held = self.holding(contact, place, load, || limits.break_away);
+        let has_yielded = held.value() != force.value();
+        has_yielded.then(|| Mode::Sticking { place, load: load + held * (1.0 - BELOW_LIMIT) - force })
+    }
+
     /// Sets the event indicator: the reserve until break-away, or the speed.
     pub fn indicate<S: Varying>(
         &self,
@@ -86,7 +113,9 @@ impl Spring {
         let (has_stiction, due) = (limits.break_away.value() > 0.0, S::of(-f64::MIN_POSITIVE));
         match mode {
             Mode::Sticking { place, load } if has_stiction => {
-                out[Event::BreakAway] = limits.break_away - self.force(contact, place, load).abs();
+                // Where it yields there is no event: a limit that falls on and on would end one mode after the other.
+                let force = self.holding(contact, place, load, || limits.break_away);
+                out[Event::BreakAway] = limits.break_away - force.abs();
             }
             Mode::Sticking { .. } => out[Event::BreakAway] = due,
             Mode::Sliding { .. } if is_at_rest(contact) && has_stiction => out[Event::Stop] = due,

@@ -53,11 +53,11 @@ impl StribeckCurve {
     }
 
     /// Whether its slope is finite everywhere.
-    pub fn is_gentle(&self) -> bool {
+    pub fn is_non_stiff(&self) -> bool {
         self.exponent.value >= 1.0
     }
 
-    /// Friction in N at a speed (a velocity's magnitude) and load level.
+    /// Friction in N at a speed (a velocity's magnitude) and load factor.
     pub fn at<S: Scalar>(&self, speed: S, level: S) -> S {
         level * (self.decay(speed) * (self.static_force - self.coulomb_force) + self.coulomb_force)
     }

@@ -7,7 +7,7 @@ use crate::variables::{ParameterError, ParameterSet};
 /// A law without states, modes and stiction.
 pub trait VelocityLaw: ParameterSet {
     /// Whether the force changes gently with the velocity.
-    const IS_GENTLE: bool = false;
+    const IS_NON_STIFF: bool = false;
 
     /// Checks that parameters which are legal one by one fit together.
     ///
@@ -17,7 +17,7 @@ pub trait VelocityLaw: ParameterSet {
         Ok(())
     }
 
-    /// The friction force in N at a velocity and load level.
+    /// The friction force in N at a velocity and load factor.
     fn force<S: Scalar>(&self, velocity: S, level: S) -> S;
 }
 
@@ -33,8 +33,12 @@ impl<L: VelocityLaw> FrictionLaw for OfVelocity<L> {
         self.0.check()
     }
 
-    fn is_gentle(&self) -> bool {
-        L::IS_GENTLE
+    fn may_differ_by_direction(&self) -> bool {
+        true
+    }
+
+    fn is_non_stiff(&self) -> bool {
+        L::IS_NON_STIFF
     }
 
     fn start<S: Varying>(&self, _contact: &Contact<S>) {}

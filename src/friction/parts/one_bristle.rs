@@ -36,13 +36,13 @@ pub trait BristleLaw: ParameterSet {
         &[]
     }
 
-    /// Whether the force of a deflection scales with the load level.
-    fn scales_deflection_force(&self) -> bool {
+    /// Whether the load factor may depend on the direction of motion: where it limits the deflection, and not the force of one.
+    fn may_differ_by_direction(&self) -> bool {
         false
     }
 
     /// Whether force and deflection change gently within a mode, but for a relaxation of the deflection.
-    fn is_gentle(&self) -> bool {
+    fn is_non_stiff(&self) -> bool {
         true
     }
 
@@ -104,12 +104,12 @@ impl<L: BristleLaw> FrictionLaw for OneBristle<L> {
         1
     }
 
-    fn scales_deflection_force(&self) -> bool {
-        self.0.scales_deflection_force()
+    fn may_differ_by_direction(&self) -> bool {
+        self.0.may_differ_by_direction()
     }
 
-    fn is_gentle(&self) -> bool {
-        self.0.is_gentle()
+    fn is_non_stiff(&self) -> bool {
+        self.0.is_non_stiff()
     }
 
     fn notice(&self) -> Option<Notice> {

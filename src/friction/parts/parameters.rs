@@ -57,7 +57,10 @@ pub fn force(reference: u32, name: &str, default: f64) -> Variable {
 
 /// Another characteristic velocity.
 pub fn velocity(reference: u32, name: &str, default: f64) -> Variable {
-    Variable::parameter(reference, name, units::METRE_PER_SECOND, default).range(1e-9, 1e6).shown_in("mm/s")
+    Variable::parameter(reference, name, units::METRE_PER_SECOND, default)
+        .range(1e-9, 1e6)
+        .plausible(1e-5 * default, 200.0 * default)
+        .shown_in("mm/s")
 }
 
 /// Another damping coefficient.
@@ -67,15 +70,15 @@ pub fn damping(reference: u32, name: &str, default: f64) -> Variable {
 
 /// A time at rest `gamma`.
 pub fn dwell_time(reference: u32, default: f64) -> Variable {
-    Variable::parameter(reference, "gamma", units::SECOND, default).range(1e-6, 1e6)
+    Variable::parameter(reference, "gamma", units::SECOND, default).range(1e-6, 1e6).plausible(1e-6, 50.0)
 }
 
 /// A contact stiffness.
 pub fn stiffness(reference: u32, name: &str, default: f64) -> Variable {
-    Variable::parameter(reference, name, units::NEWTON_PER_METRE, default).range(1.0, 1e10)
+    Variable::parameter(reference, name, units::NEWTON_PER_METRE, default).range(1.0, 1e10).plausible(1e4, 1e10)
 }
 
 /// A microscopic length.
 pub fn length(reference: u32, name: &str, default: f64) -> Variable {
-    Variable::parameter(reference, name, units::METRE, default).range(1e-9, 1.0)
+    Variable::parameter(reference, name, units::METRE, default).range(1e-9, 1.0).plausible(1e-9, 2e-3)
 }

@@ -56,7 +56,7 @@ impl Ramp {
         Ok(())
     }
 
-    /// Friction in N at a velocity and load level that climbs from zero and descends along a shape, which leads from
+    /// Friction in N at a velocity and load factor that climbs from zero and descends along a shape, which leads from
     /// `(0, 0)` to `(1, 1)`.
     pub fn at<S: Scalar>(&self, velocity: S, level: S, shape: impl Fn(S) -> S) -> S {
         let speed = velocity.abs();

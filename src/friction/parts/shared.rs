@@ -43,7 +43,9 @@ impl SharedForces {
                 _ => 1.0,
             };
             // An addition of 0 turns -0 into 0.
-            Variable { start: variable.start.map(|start| start * factor + 0.0), ..variable }
+            let plausible =
+                variable.plausible.map(|range| range.map(|bound| if factor > 0.0 { bound * factor } else { bound }));
+            Variable { start: variable.start.map(|start| start * factor + 0.0), plausible, ..variable }
         });
         presets.collect()
     }

@@ -41,6 +41,14 @@ impl Mode {
         }
     }
 
+    /// Direction while sliding.
+    pub fn direction(self) -> Option<f64> {
+        match self {
+            Self::Stuck => None,
+            Self::Sliding(direction) => Some(direction),
+        }
+    }
+
     /// The events of the two modes.
     pub const EVENTS: &'static [Event] = &[Event::Stop, Event::BreakAway];
 
@@ -70,7 +78,7 @@ impl Mode {
 
 /// A law that is a break-away force and a kinetic curve, with the two modes above.
 ///
-/// At every load level the kinetic force at zero velocity must not exceed the break-away force. Under an applied force between
+/// At every load factor the kinetic force at zero velocity must not exceed the break-away force. Under an applied force between
 /// the two the contact would break away and stop again without end. Parameters that lead there are refused at the start.
 pub trait SetValued: ParameterSet {
     /// Checks that parameters which are legal one by one fit together.
@@ -82,11 +90,11 @@ pub trait SetValued: ParameterSet {
     }
 
     /// Whether the kinetic force changes gently with the velocity.
-    fn is_gentle(&self) -> bool {
+    fn is_non_stiff(&self) -> bool {
         true
     }
 
-    /// Largest force in N that holds the mass against an applied force in a direction, +1 or -1, at a load level; not negative.
+    /// Largest force in N that holds the mass against an applied force in a direction, +1 or -1, at a load factor; not negative.
     fn break_away<S: Scalar>(&self, direction: f64, level: S) -> S;
 
     /// Force in N while sliding in a direction; smooth in the velocity across 0, where an event ends it, and there no larger
@@ -99,7 +107,7 @@ wrapper! {
     StickSlip
 }
 
-/// Load levels at which the kinetic force is compared with the break-away force.
+/// Load factors at which the kinetic force is compared with the break-away force.
 const LEVELS: [f64; 4] = [0.0, 0.5, 1.0, 2.0];
 /// Share by which rounding may raise the kinetic force above the break-away force.
 const ROUNDING: f64 = 1e-9;
@@ -111,14 +119,14 @@ impl<L: SetValued> StickSlip<L> {
             for direction in [1.0, -1.0] {
                 let break_away = self.0.break_away(direction, Real::of(level)).value;
                 if break_away < 0.0 {
-                    let reason = format!("at the load level {level} it must not be negative");
+                    let reason = format!("at the load factor {level} it must not be negative");
                     return Err(ParameterError::new("break-away force", break_away, &reason));
                 }
                 let kinetic = direction * self.0.kinetic(Real::of(0.0), direction, Real::of(level)).value;
                 if kinetic > break_away * (1.0 + ROUNDING) {
                     let side = if direction > 0.0 { "+0" } else { "-0" };
                     let reason = format!(
-                        "at the velocity {side} and the load level {level} it must not exceed the break-away force of \
+                        "at the velocity {side} and the load factor {level} it must not exceed the break-away force of \
                          {break_away} N, or break-away and stop follow each other without end"
                     );
                     return Err(ParameterError::new("kinetic force", kinetic, &reason));
@@ -141,6 +149,14 @@ impl<L: SetValued> FrictionLaw for StickSlip<L> {
         Stiction::Exact
     }
 
+    fn may_differ_by_direction(&self) -> bool {
+        true
+    }
+
+    fn sliding_direction<S: Varying>(mode: &Mode) -> Option<f64> {
+        mode.direction()
+    }
+
     fn events(&self) -> &'static [Event] {
         Mode::EVENTS
     }
@@ -154,8 +170,8 @@ impl<L: SetValued> FrictionLaw for StickSlip<L> {
         self.check_rest()
     }
 
-    fn is_gentle(&self) -> bool {
-        self.0.is_gentle()
+    fn is_non_stiff(&self) -> bool {
+        self.0.is_non_stiff()
     }
 
     fn start<S: Varying>(&self, contact: &Contact<S>) -> Mode {

@@ -20,12 +20,13 @@ use self::variables::{Inputs, Outputs, Parameters, State};
 use self::walk::{Harmonic, Walk};
 use crate::co_simulation::Product;
 use crate::co_simulation::start_sized;
-use crate::friction::{self, Contact, Drive, Event, Friction, FrictionContact, FrictionLaw, Indicators, MAX_STATES};
+use crate::friction::{self, Contact, Drive, Friction, FrictionContact, FrictionLaw, Indicators, MAX_STATES};
+use crate::holds;
 use crate::mechanics::GRAVITY;
 use crate::model::{Experiment, Functions, Model, Panel, Start};
 use crate::numbers::{Scalar, Varying};
-use crate::system::{Indicator, Limits, Sample, System, Tables, references};
-use crate::variables::{Notices, ParameterError, Tunable, Values};
+use crate::system::{Holder, Holds, Part, Sample, System, Tables, references};
+use crate::variables::{ParameterError, Tunable, Values};
 
 /// The model as the library offers it.
 pub const MODEL: Model = model::<Friction>();
@@ -91,7 +92,13 @@ impl<L: FrictionLaw> DrivenSlider<L> {
             tray,
             stick_free,
             walk,
-            friction: FrictionContact::new(friction, Drive::Force, State::FRICTION, references::CONTACT),
+            friction: FrictionContact::new(
+                friction,
+                Drive::Force,
+                State::FRICTION,
+                State::Velocity.index(),
+                references::CONTACT,
+            ),
             p,
         }
     }
@@ -132,6 +139,11 @@ impl<L: FrictionLaw> DrivenSlider<L> {
     }
 }
 
+holds! {
+    [L: FrictionLaw] DrivenSlider<L>, 1; friction: FrictionContact<L>, "friction", |memory| memory.friction,
+    |slider, time, x, u, _memory| slider.contact(time, x, &Inputs::read(u))
+}
+
 impl<L: FrictionLaw> System<1> for DrivenSlider<L> {
     type Parameters = Parameters;
     type State = State;
@@ -152,6 +164,10 @@ impl<L: FrictionLaw> System<1> for DrivenSlider<L> {
         &self.p
     }
 
+    fn parts() -> impl Holds<Self, 1> {
+        Holder
+    }
+
     fn start<S: Varying, const N: usize>(&self, u: &[S; 1]) -> ([S; N], Self::Memory<S>) {
         let mut x = [S::zero(); N];
         State::Position.set(&mut x, S::along(self.p.position0));
@@ -160,14 +176,6 @@ impl<L: FrictionLaw> System<1> for DrivenSlider<L> {
         let friction = self.friction.start(&contact, &mut x);
         let walk = self.walk.map_or(walk::State::AT_REST, |walk| walk.start(0.0));
         (x, Memory { friction, walk, peak: self.peak_after(0.0) })
-    }
-
-    fn states(&self) -> usize {
-        State::OTHERS + self.friction.count()
-    }
-
-    fn indicator_list() -> Vec<Indicator> {
-        Event::indicators("friction")
     }
 
     fn derivatives<S: Scalar, const N: usize>(
@@ -186,60 +194,12 @@ impl<L: FrictionLaw> System<1> for DrivenSlider<L> {
         rates
     }
 
-    fn indicators<S: Varying, const N: usize>(
-        &self,
-        time: S,
-        x: &[S; N],
-        u: &[S; 1],
-        memory: &Memory<L::Memory<S>>,
-    ) -> Indicators<S> {
-        self.friction.indicators(&self.contact(time, x, &Inputs::read(u)), x, &memory.friction)
-    }
-
-    fn has_events(&self) -> bool {
-        self.friction.has_events()
-    }
-
-    fn switch<S: Varying, const N: usize>(
-        &self,
-        event: usize,
-        time: S,
-        x: &mut [S; N],
-        u: &[S; 1],
-        memory: &mut Memory<L::Memory<S>>,
-    ) {
-        let contact = self.contact(time, x, &Inputs::read(u));
-        self.friction.switch(Event::ALL[event], &contact, State::Velocity.at(N), x, &mut memory.friction);
-    }
-
-    fn follow<S: Varying, const N: usize>(
-        &self,
-        time: S,
-        x: &[S; N],
-        u: &[S; 1],
-        memory: &mut Memory<L::Memory<S>>,
-    ) -> bool {
-        self.friction.follow(|| self.contact(time, x, &Inputs::read(u)), x, &mut memory.friction)
-    }
-
     /// Where the tray turns back the force on a stuck slider is largest: a step ends there, lest it miss a break-away.
     fn next_sample<S: Varying>(&self, memory: &Memory<L::Memory<S>>) -> Sample<S> {
         let of_walk = |walk: Walk| Sample::periodic(S::of(walk.next_step(&memory.walk)), walk.time_step);
         let turn = Sample::exact(S::along(self.peak_time(memory.peak)));
-        let of_friction = self.friction.next_sample::<S>(&memory.friction);
+        let of_friction = self.friction.next_sample(&memory.friction);
         self.walk.map_or(Sample::never(), of_walk).earlier(turn).earlier(of_friction)
-    }
-
-    fn event_name(&self, event: usize) -> &'static str {
-        Event::ALL[event].name()
-    }
-
-    fn variant(&self) -> &'static str {
-        self.friction.law().title()
-    }
-
-    fn max_step(&self) -> f64 {
-        self.friction.max_step()
     }
 
     fn depends_on_time(&self) -> bool {
@@ -253,27 +213,14 @@ impl<L: FrictionLaw> System<1> for DrivenSlider<L> {
         u: &[S; 1],
         memory: &mut Memory<L::Memory<S>>,
     ) {
-        let (contact, now) = (|| self.contact(time, x, &Inputs::read(u)), time.value());
-        self.friction.sample(contact, now, x, &mut memory.friction);
+        Holder.sample(self, (time, x, u), memory);
+        let now = time.value();
         if let Some(walk) = self.walk.filter(|walk| walk.next_step(&memory.walk) <= now) {
             walk.step(&mut memory.walk);
         }
         if self.peak_time(memory.peak).value <= now {
             memory.peak += 1.0;
         }
-    }
-
-    fn limits<const N: usize>(&self) -> [Limits; N] {
-        let mut limits = self.scales().map(Limits::of_magnitude);
-        self.friction.write_limits(&mut limits);
-        limits
-    }
-
-    fn scales<const N: usize>(&self) -> [f64; N] {
-        let mut scales = [1.0; N];
-        self.friction.write_scales(1.0, &mut scales);
-        State::ALL.iter().for_each(|state| scales[state.at(N)] = state.scale(&self.p));
-        scales
     }
 
     fn fits<S: Varying>(&self, memory: &Memory<L::Memory<S>>) -> bool {
@@ -315,14 +262,6 @@ impl<L: FrictionLaw> System<1> for DrivenSlider<L> {
             walk_probability: of_walk(|walk, _| walk.chi),
         };
         friction.write(outputs.write(computed));
-    }
-
-    fn state_at(&self, reference: u32, n: usize) -> Option<usize> {
-        State::of(reference).map(|state| state.at(n)).or_else(|| self.friction.state_at(reference))
-    }
-
-    fn notices(&self, _u: &[f64; 1]) -> Notices {
-        [self.friction.law().notice(), None]
     }
 }
 

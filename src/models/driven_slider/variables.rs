@@ -125,7 +125,7 @@ parameters! {
             .text("Initial velocity on the tray, for example of a kick");
         walk_steps: i32 = Variable::count(1008, "walk.stepsPerPeriod", 500).range(0.0, 1e6)
             .text("Time steps of the random walk per period of the tray; 0: no walk");
-        seed: u64 = Variable::count(1009, "walk.seed", 1).range(0.0, f64::from(i32::MAX))
+        seed: u64 = Variable::count(1009, "walk.seed", 1).counts_with("walk.stepsPerPeriod").range(0.0, f64::from(i32::MAX))
             .text("Seed of the random walk");
         flight_factor: Fixed = Variable::parameter(1010, "walk.flightFactor", units::ONE, 1.0).range(0.0, 100.0)
             .text("Flight time of the stick-free attractor in units of v_d/(muDynamic*g), in which the slider comes to rest from v_d");

@@ -23,11 +23,14 @@ use self::variables::{CRANE_POSITION, Inputs, Outputs, Parameters, State, Trolle
 use crate::co_simulation::Product;
 use crate::co_simulation::start_sized;
 use crate::friction::{self, Contact, ContactLaw, Drive, Event, Friction, FrictionContact, FrictionLaw, MAX_STATES};
+use crate::holds;
 use crate::mechanics::{GRAVITY, OneSided};
 use crate::model::{Course, Experiment, Functions, Model, Panel, Signal, Start};
 use crate::numbers::{Scalar, Varying};
-use crate::system::{Hints, Indicator, Limits, Sample, System, Tables, UNUSED};
-use crate::variables::{Notices, ParameterError, Values};
+#[cfg(feature = "sensitivities")]
+use crate::system::are_alike;
+use crate::system::{Hints, Holder, Holds, Indicator, Part, Sample, StateIndex, System, Tables, UNUSED};
+use crate::variables::{ParameterError, Values};
 
 /// The model as the library offers it.
 pub const MODEL: Model = model::<Friction>();
@@ -279,6 +282,17 @@ impl<L: FrictionLaw> Festoon<L> {
     }
 }
 
+holds! {
+    [L: FrictionLaw] Festoon<L>, 2; friction: [FrictionContact<L>; MAX_TROLLEYS], "trolley[].friction",
+    |memory| memory.friction,
+    |festoon, time, x, u, memory| {
+        let (rates, u) = (festoon.rates(x, memory), &Inputs::read(u));
+        std::array::from_fn(|trolley| {
+            (trolley < festoon.trolleys()).then(|| festoon.contact(time, x, u, &rates, &memory.links, trolley))
+        })
+    }
+}
+
 impl<L: FrictionLaw> System<2> for Festoon<L> {
     type Parameters = Parameters;
     type State = State;
@@ -296,14 +310,19 @@ impl<L: FrictionLaw> System<2> for Festoon<L> {
         let buffer = OneSided { stiffness: p.buffer_stiffness, damping: p.buffer_damping };
         let block = State::OTHERS + room(law.states());
         let friction = std::array::from_fn(|trolley| {
-            let first = BLOCKS + trolley * block + State::FRICTION;
-            FrictionContact::new(law.clone(), Drive::Force, first, contact_base(trolley))
+            let first = BLOCKS + trolley * block;
+            let velocity = StateIndex::Front(first + State::Velocity.at(block));
+            FrictionContact::new(law.clone(), Drive::Force, first + State::FRICTION, velocity, contact_base(trolley))
         });
         Ok(Self { p, rope, buffer, friction })
     }
 
     fn parameters(&self) -> &Parameters {
         &self.p
+    }
+
+    fn parts() -> impl Holds<Self, 2> {
+        Holder
     }
 
     fn start<S: Varying, const N: usize>(&self, u: &[S; 2]) -> ([S; N], Self::Memory<S>) {
@@ -324,7 +343,7 @@ impl<L: FrictionLaw> System<2> for Festoon<L> {
     }
 
     fn states(&self) -> usize {
-        states(room(self.friction[0].count()))
+        states(room(self.friction[0].states()))
     }
 
     fn indicator_list() -> Vec<Indicator> {
@@ -333,8 +352,7 @@ impl<L: FrictionLaw> System<2> for Festoon<L> {
             nominal: 0.1,
             text: "The rope becomes taut or slack, or the buffer is touched or left",
         };
-        let contact = |number| Event::indicators(&format!("trolley[{number}].friction"));
-        (1..=MAX_TROLLEYS).map(link).chain((1..=MAX_TROLLEYS).flat_map(contact)).collect()
+        (1..=MAX_TROLLEYS).map(link).chain(Self::parts().indicator_list()).collect()
     }
 
     fn derivatives<S: Scalar, const N: usize>(
@@ -372,12 +390,18 @@ impl<L: FrictionLaw> System<2> for Festoon<L> {
         for (link, indicator) in indicators.iter_mut().enumerate().take(self.trolleys()) {
             *indicator = self.link_indicator(x, memory, link);
         }
-        for trolley in 0..self.trolleys() {
-            let contact = self.contact(time, x, &Inputs::read(u), &self.rates(x, memory), &memory.links, trolley);
-            let of_contact = self.friction[trolley].indicators(&contact, x, &memory.friction[trolley]);
-            indicators[contact_indicators(trolley)..][..Event::COUNT].copy_from_slice(of_contact.as_ref());
-        }
+        Holder.write_indicators(self, (time, x, u), memory, &mut indicators);
         indicators
+    }
+
+    /// Ropes and buffers have no preload.
+    fn is_kink(&self, event: usize) -> bool {
+        event < MAX_TROLLEYS
+    }
+
+    #[cfg(feature = "sensitivities")]
+    fn are_alike<S: Varying>(&self, one: &Memory<L::Memory<S>>, other: &Memory<L::Memory<S>>) -> bool {
+        are_alike(&one.friction, &other.friction)
     }
 
     fn switch<S: Varying, const N: usize>(
@@ -392,84 +416,29 @@ impl<L: FrictionLaw> System<2> for Festoon<L> {
             memory.links[event] = self.link_after(memory.links[event], Self::gap(x, event).value());
             return;
         }
-        let (trolley, event) = ((event - MAX_TROLLEYS) / Event::COUNT, (event - MAX_TROLLEYS) % Event::COUNT);
-        let contact = self.contact(time, x, &Inputs::read(u), &self.rates(x, memory), &memory.links, trolley);
-        let (friction, law) = (&self.friction[trolley], &mut memory.friction[trolley]);
-        friction.switch(Event::ALL[event], &contact, at(State::Velocity, trolley, N), x, law);
-    }
-
-    fn follow<S: Varying, const N: usize>(
-        &self,
-        time: S,
-        x: &[S; N],
-        u: &[S; 2],
-        memory: &mut Memory<L::Memory<S>>,
-    ) -> bool {
-        let (rates, u) = (self.rates(x, memory), &Inputs::read(u));
-        let mut has_changed = false;
-        for trolley in 0..self.trolleys() {
-            let contact = || self.contact(time, x, u, &rates, &memory.links, trolley);
-            has_changed |= self.friction[trolley].follow(contact, x, &mut memory.friction[trolley]);
-        }
-        has_changed
+        Holder.switch(self, event - MAX_TROLLEYS, (time, x, u), memory);
     }
 
     fn next_sample<S: Varying>(&self, memory: &Memory<L::Memory<S>>) -> Sample<S> {
         let trolleys = self.friction[..self.trolleys()].iter().zip(&memory.friction);
-        trolleys.map(|(friction, law)| friction.next_sample::<S>(law)).fold(Sample::never(), Sample::earlier)
+        trolleys.map(|(friction, law)| friction.next_sample(law)).fold(Sample::never(), Sample::earlier)
     }
 
     fn event_name(&self, event: usize) -> &'static str {
         match event.checked_sub(MAX_TROLLEYS) {
             None => "a rope or buffer",
-            Some(event) => Event::ALL[event % Event::COUNT].name(),
+            Some(event) => self.friction.event_name(event),
         }
-    }
-
-    fn variant(&self) -> &'static str {
-        self.friction[0].law().title()
-    }
-
-    fn max_step(&self) -> f64 {
-        self.friction[0].max_step()
-    }
-
-    fn depends_on_time(&self) -> bool {
-        self.friction[0].depends_on_time()
-    }
-
-    fn sample<S: Varying, const N: usize>(
-        &self,
-        time: S,
-        x: &mut [S; N],
-        u: &[S; 2],
-        memory: &mut Memory<L::Memory<S>>,
-    ) {
-        let (rates, u) = (self.rates(x, memory), &Inputs::read(u));
-        for trolley in 0..self.trolleys() {
-            let contact = || self.contact(time, x, u, &rates, &memory.links, trolley);
-            self.friction[trolley].sample(contact, time.value(), x, &mut memory.friction[trolley]);
-        }
-    }
-
-    fn limits<const N: usize>(&self) -> [Limits; N] {
-        let mut limits = self.scales().map(Limits::of_magnitude);
-        self.friction.iter().for_each(|friction| friction.write_limits(&mut limits));
-        limits
     }
 
     fn scales<const N: usize>(&self) -> [f64; N] {
         let mut scales = [1.0; N];
+        self.friction.write_scales(&mut scales);
         scales[CRANE] = 1e-2;
         for trolley in 0..MAX_TROLLEYS {
             State::ALL.iter().for_each(|state| scales[at(*state, trolley, N)] = state.scale(&self.p));
-            self.friction[trolley].write_scales(1.0, &mut scales);
         }
         scales
-    }
-
-    fn fits<S: Varying>(&self, memory: &Memory<L::Memory<S>>) -> bool {
-        self.friction.iter().zip(&memory.friction).all(|(friction, law)| friction.fits::<S>(law))
     }
 
     fn outputs<S: Scalar, const N: usize>(
@@ -514,13 +483,9 @@ impl<L: FrictionLaw> System<2> for Festoon<L> {
     fn state_at(&self, reference: u32, n: usize) -> Option<usize> {
         let of_trolley = |trolley: usize| {
             let own = reference.checked_sub(trolley_base(trolley)).and_then(State::of);
-            own.map(|state| at(state, trolley, n)).or_else(|| self.friction[trolley].state_at(reference))
+            own.map(|state| at(state, trolley, n)).or_else(|| self.friction[trolley].state_at(reference, n))
         };
         if reference == CRANE_POSITION { Some(CRANE) } else { (0..self.trolleys()).find_map(of_trolley) }
-    }
-
-    fn notices(&self, _u: &[f64; 2]) -> Notices {
-        [self.friction[0].law().notice(), None]
     }
 
     fn hints<S: Varying, const N: usize>(&self, _x: &[S; N], _memory: &Self::Memory<S>) -> Hints {

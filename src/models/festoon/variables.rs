@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use super::MAX_TROLLEYS;
 use crate::friction::{ContactLaw, FrictionLaw, Law, states};
 use crate::system::{Tables, references};
-use crate::variables::{Fixed, ParameterError, ParameterSet, Tunable, Variable, units};
+use crate::variables::{Fixed, ParameterError, ParameterSet, Tunable, Variable, counted_by, units};
 use crate::{inputs, outputs, parameters, states};
 
 const CRANE_VELOCITY: u32 = 1;
@@ -182,13 +182,13 @@ parameters! {
             .text("Distance of neighbours at which the tow rope between them tautens");
         rope_stiffness: Fixed = Variable::parameter(1007, "rope.stiffness", units::NEWTON_PER_METRE, 2e3).range(0.0, 1e9)
             .text("Stiffness of a tow rope");
-        rope_damping: Fixed = Variable::parameter(1008, "rope.damping", units::SECOND_PER_METRE, 1.0).range(0.0, 1e3)
+        rope_damping: Fixed = Variable::parameter(1008, "rope.damping", units::SECOND_PER_METRE, 1.0).counts_with("rope.stiffness").range(0.0, 1e3)
             .text("Dissipation coefficient of a tow rope (Hunt-Crossley)");
         buffer_length: Fixed = Variable::parameter(1009, "buffer.length", units::METRE, 0.2).range(0.0, 1e3)
             .text("Distance of neighbours at which their buffers meet; shorter than the rope");
         buffer_stiffness: Fixed = Variable::parameter(1010, "buffer.stiffness", units::NEWTON_PER_METRE, 2e4).range(0.0, 1e9)
             .text("Stiffness of a pair of buffers; 0: none");
-        buffer_damping: Fixed = Variable::parameter(1011, "buffer.damping", units::SECOND_PER_METRE, 1.0).range(0.0, 1e3)
+        buffer_damping: Fixed = Variable::parameter(1011, "buffer.damping", units::SECOND_PER_METRE, 1.0).counts_with("buffer.stiffness").range(0.0, 1e3)
             .text("Dissipation coefficient of the buffers (Hunt-Crossley)");
         crane_position0: Fixed = Variable::parameter(1012, "crane.position0", units::METRE, 0.0).range(-1e4, 1e4)
             .text("Initial position of the crane trolley");
@@ -196,8 +196,8 @@ parameters! {
             .text("Initial distance of neighbours");
         angle0: Fixed = Variable::parameter(1014, "load.angle0", units::RADIAN, 0.0).range(-PI, PI).shown_in("deg")
             .text("Initial angle of the loads");
-        level: [Tunable; MAX_TROLLEYS] = Variable::parameter(1021, "friction.level", units::ONE, 1.0).range(0.0, 1e3)
-            .text("Load level of a trolley, which multiplies the forces of its friction law").array([1.0; MAX_TROLLEYS]);
+        level: [Tunable; MAX_TROLLEYS] = counted_by("trolleys", Variable::parameter(1021, "friction.level", units::ONE, 1.0).range(0.0, 1e3)
+            .text("Load factor of a trolley, which multiplies the forces of its friction law").array([1.0; MAX_TROLLEYS]));
     }
 }
 

@@ -12,17 +12,17 @@ use super::motion::{self, Guidance};
 use super::options::Options;
 use super::parameters::Parameters;
 use super::sensors::{self, Sensors};
-use super::states::{ALL, FEW, MOST, State};
+use super::states::{ALL, FEW, Inputs, MOST, State};
 use crate::co_simulation::{Product, run_sized};
 use crate::friction::{self, ContactLaw, Drive, Friction, FrictionContact, FrictionLaw, Law, MAX_STATES};
 use crate::mechanics::{EndStops, GRAVITY, OneSided};
 use crate::model::Start;
-use crate::numbers::{Real, Scalar, Tangent, Varying};
+use crate::numbers::{Pair, Real, Scalar, Tangent, Varying};
 use crate::pneumatics::actuator::{self, Actuating, Actuator};
 use crate::pneumatics::chamber::{Chambers, Thermal, ThermalModel, tank_wall};
 use crate::pneumatics::gas::{Gas, Reservoir};
 use crate::session::read;
-use crate::system::{Couplings, LongestSteps, Sample, references};
+use crate::system::{Couplings, LongestSteps, Part, Sample, references};
 use crate::variables::{ParameterError, Tunable, Values};
 
 /// The equations of the cylinder for given parameters; `EXTENDED` ones for a cylinder that uses any of the options, or has
@@ -65,7 +65,7 @@ pub struct PneumaticServoCylinder<L = Friction, A = Actuator, const EXTENDED: bo
     pub(super) longest_coupled: LongestSteps,
     /// The longest explicit steps, if any may be taken.
     pub(super) explicit: Option<ExplicitSteps>,
-    /// Which states change which others; of a cylinder with [attachments](Self::has_attachments) only.
+    /// Which states change which others; of a cylinder whose [Jacobian](Self::linearise) is made by them only.
     pub(super) couplings: Couplings<MOST>,
 }
 
@@ -110,14 +110,16 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
         let slope = GRAVITY * p.incline.sin();
         let guidance = options.guidance();
         let drive = if guidance == Guidance::Rigid { Drive::Motion } else { Drive::Force };
-        let friction = FrictionContact::new(friction, drive, State::FRICTION, references::CONTACT);
+        let friction =
+            FrictionContact::new(friction, drive, State::FRICTION, State::Velocity.index(), references::CONTACT)
+                .allowing(FRICTION_ALLOWANCE);
         let longest_coupled = guidance.longest(p.moving_mass.value);
         // Friction along the stroke, and waves in short hoses: explicit steps would be too many.
         let longest = lines.longest_steps().min(longest_coupled);
         let has_rapid_parts = longest.classical < WORTHWHILE || options.waviness.is_used();
         // Where a state is the velocity, the reversal of bristles is found by it.
-        let has_rapid_parts = has_rapid_parts || (guidance == Guidance::Rigid && friction.count() > 0);
-        let is_explicit = friction.is_gentle() && actuator.has_closed_form() && !(EXTENDED && has_rapid_parts);
+        let has_rapid_parts = has_rapid_parts || (guidance == Guidance::Rigid && friction.states() > 0);
+        let is_explicit = friction.is_non_stiff() && actuator.has_closed_form() && !(EXTENDED && has_rapid_parts);
         let mut cylinder = Self {
             explicit: is_explicit.then(|| ExplicitSteps::new(&friction, p.stop_stiffness.value, p.moving_mass.value)),
             actuator,
@@ -149,7 +151,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
             sensors,
             couplings: Couplings::NONE,
         };
-        if cylinder.has_attachments() {
+        if cylinder.is_linearised_by_couplings() {
             cylinder.couplings = cylinder.found_couplings();
         }
         cylinder
@@ -157,7 +159,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
 
     /// Number of states, for every number of inputs.
     pub fn states(&self) -> usize {
-        State::OTHERS + self.friction.count() + self.lines.states() + self.lags
+        State::OTHERS + self.friction.states() + self.lines.states() + self.lags
     }
 
     /// The next point in time at which a part changes by itself.
@@ -190,8 +192,10 @@ impl<L: FrictionLaw, A: Actuating> Parts<L, A> {
         parameters.check()?;
         options.check(parameters.bore.value, parameters.stroke.value)?;
         sensors.check()?;
-        if options.differs_by_direction() && friction.scales_deflection_force() {
-            let reason = "under this friction law the force would jump at each reversal";
+        if options.differs_by_direction() && !friction.may_differ_by_direction() {
+            let reason = "under this friction law springs would give back more than they took; it needs a law without springs, such as \
+                          Stribeck or Table, or one whose bristles bend at a stiffness of their own: Dahl, LuGre, RevisedLuGre, \
+                          ElastoPlastic";
             return Err(ParameterError::new("friction.direction.factor", options.direction_factor.value, reason));
         }
         Ok(Self { parameters, options, sensors, actuator: A::new(actuator)?, friction })
@@ -203,6 +207,10 @@ impl<L: FrictionLaw, A: Actuating> Parts<L, A> {
         has_options || self.actuator.is_sampled() || self.actuator.takes_commands_of_chambers()
     }
 }
+
+/// Factor by which the errors of the states of a friction law may exceed the errors of other states: their effect on
+/// position and friction force stays far below the promised accuracy, and they would take most of the steps.
+const FRICTION_ALLOWANCE: f64 = 10.0;
 
 /// Longest explicit steps. At equal pressures the flow through an open valve settles within some ten milliseconds.
 const LONGEST: LongestSteps = LongestSteps { classical: 0.01, midpoint: 0.005 };
@@ -247,6 +255,24 @@ impl ExplicitSteps {
     }
 }
 
+impl<L: FrictionLaw, A: Actuating> PneumaticServoCylinder<L, A, true> {
+    /// Refuses an imposed motion that begins where a chamber has no volume.
+    fn check_start(&self, inputs: &[f64]) -> Result<(), ParameterError> {
+        if self.is_free() {
+            return Ok(());
+        }
+        let imposed = Inputs::of(&std::array::from_fn::<f64, ALL, _>(|place| inputs[place])).imposed().position;
+        let Pair(volumes) = self.chambers.volume(self.lengths(Real::of(imposed)));
+        let Some(chamber) = volumes.iter().position(|volume| volume.value <= 0.0) else { return Ok(()) };
+        let reason = format!(
+            "a motion cannot start there: chamber {} has no volume with cylinder.stroke = {}",
+            ["A", "B"][chamber],
+            self.p.stroke.value
+        );
+        Err(ParameterError::new("imposedPosition", imposed, &reason))
+    }
+}
+
 /// Whether few sizes are compiled, with more states than needed in most of them.
 const SMALL: bool = cfg!(feature = "small");
 
@@ -262,15 +288,11 @@ pub(super) fn start<L: FrictionLaw, A: Actuating, P: Product>(start: &Start) -> 
             equations,
             settings,
             FEW,
-            [
-                // Always there: kinks are searched for otherwise where a friction law may have states.
-                State::OTHERS,
-                State::OTHERS + 4,
-                State::OTHERS + MAX_STATES
-            ]
+            [State::OTHERS, State::OTHERS + 4, State::OTHERS + MAX_STATES]
         );
     }
     let equations = PneumaticServoCylinder::<L, A, true>::of(parts);
+    equations.check_start(start.inputs)?;
     run_sized!(start, equations, settings, ALL, [
         State::OTHERS + 2 + sensors::COUNT => !SMALL,
         State::OTHERS + 1 + lines::LINE_STATES => !SMALL,

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::variables::{Field, ParameterError, Tunable, Variable, units};
+use crate::variables::{Condition, Field, ParameterError, Tunable, Variable, units};
 
 /// Number of switches: one near position 0, one near the end of the stroke.
 pub const COUNT: usize = 2;
@@ -36,23 +36,34 @@ impl Field for EndSwitches {
 impl EndSwitches {
     /// The parameters.
     pub fn variables() -> [Variable; COUNT + 1] {
-        let distance =
-            Variable::parameter(1240, "sensor.endDistance", units::METRE, 0.0).range(0.0, 10.0).nominal(5e-3);
+        let distance = Variable::parameter(1240, "sensor.endDistance", units::METRE, 0.0)
+            .range(0.0, 10.0)
+            .plausible(1e-5, 2.0)
+            .nominal(5e-3);
         let [first, second] = distance
             .shown_in("mm")
-            .text("Distance of the carriage from an end of its stroke at which the switch there turns on: the first at position 0, the second at the stroke; 0: no switch")
+            .text("Distance from an end of the stroke within which its switch is on: [1] at position 0, [2] at the extended end; 0: no switch")
             .array([0.0; COUNT]);
-        let hysteresis =
-            Variable::parameter(1242, "sensor.endHysteresis", units::METRE, 1e-3).range(0.0, 1.0).shown_in("mm");
-        [first, second, hysteresis.text("Travel beyond that distance after which a switch turns off")]
+        let hysteresis = Variable::parameter(1242, "sensor.endHysteresis", units::METRE, 1e-3)
+            .counts_where(Condition::any_on(&["sensor.endDistance[1]", "sensor.endDistance[2]"]))
+            .range(0.0, 1.0)
+            .plausible(1e-6, 0.1)
+            .shown_in("mm");
+        [
+            first,
+            second,
+            hysteresis.text("Hysteresis of the end switches: additional distance at which a switch turns off"),
+        ]
     }
 
     /// The switches as outputs.
     pub fn outputs(position: u32) -> [Variable; COUNT] {
         [1, 2].map(|number: u32| {
             let end = ["position 0", "the stroke"][number as usize - 1];
-            let switch = Variable::flag(116 + number, &format!("sensor.end[{number}]")).depends_on(&[position]);
-            switch.text(&format!("True while the switch near {end} is on; false if there is none"))
+            let switch = Variable::flag(116 + number, &format!("sensor.end[{number}]"))
+                .depends_on(&[position])
+                .counts_with(&format!("sensor.endDistance[{number}]"));
+            switch.text(&format!("True while the switch near {end} is on"))
         })
     }
 

@@ -217,7 +217,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
         x[PRESSURE_A] * area_a - x[PRESSURE_B] * area_b - self.p.ambient_pressure * self.rod_area
     }
 
-    /// The load level `lambda`.
+    /// The load factor `lambda`.
     #[inline(always)]
     pub(super) fn load_level<S: Scalar>(&self, x: &[S]) -> S {
         let excess = |pressure: S, kappa: Tunable| (pressure - self.p.ambient_pressure) * kappa;
@@ -231,7 +231,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
         (level + added).max(S::zero()) * along
     }
 
-    /// The contact as the friction law sees it, for a velocity of the carriage.
+    /// The contact as the friction law sees it, for a velocity of the carriage and the direction in which its mode slides, if it does.
     #[inline(always)]
     pub(super) fn contact<S: Scalar>(
         &self,
@@ -239,6 +239,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
         x: &[S],
         u: &Inputs<S>,
         rate: S,
+        sliding: Option<f64>,
         motion: &motion::Memory<S::Held>,
     ) -> Contact<S> {
         let (mut applied, _) = self.applied_force(x, u, rate);
@@ -249,24 +250,51 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
         if self.is_led() {
             (velocity, applied) = (rate, Trend::applied(motion.trend.sign, self.friction.law(), rate, applied));
         }
-        self.contact_under(time, x, [velocity, rate], applied)
+        self.contact_under(time, x, [velocity, rate], sliding, applied)
+    }
+
+    /// The contact in the present modes.
+    #[inline(always)]
+    pub(super) fn contact_at<S: Scalar>(
+        &self,
+        time: S,
+        x: &[S],
+        u: &Inputs<S>,
+        memory: &MemoryOf<L, A, S::Held>,
+    ) -> Contact<S> {
+        let (rate, sliding) = (self.rate(time, x, u, memory), self.sliding(&memory.friction));
+        self.contact(time, x, u, rate, sliding, &memory.motion)
     }
 
     /// The contact at a velocity, the state, of a carriage that moves at a rate, which is 0 while it is held, under an applied force.
     #[inline(always)]
-    fn contact_under<S: Scalar>(&self, time: S, x: &[S], [velocity, rate]: [S; 2], applied: S) -> Contact<S> {
-        let level = self.directed_level(x, rate, applied);
+    fn contact_under<S: Scalar>(
+        &self,
+        time: S,
+        x: &[S],
+        [velocity, rate]: [S; 2],
+        sliding: Option<f64>,
+        applied: S,
+    ) -> Contact<S> {
+        let level = self.directed_level(x, rate, sliding, applied);
         Contact { time, position: State::Position.get(x), velocity, applied, level, drive: self.friction.drive() }
     }
 
-    /// Load level of a carriage that moves at a rate in m/s, or at rest is pushed by an applied force in N.
+    /// Load factor of a carriage that slides in a direction, else moves at a rate in m/s, or at rest is pushed by an applied force in N.
     #[inline(always)]
-    pub(super) fn directed_level<S: Scalar>(&self, x: &[S], rate: S, applied: S) -> S {
+    pub(super) fn directed_level<S: Scalar>(&self, x: &[S], rate: S, sliding: Option<f64>, applied: S) -> S {
         let level = self.load_level(x);
         if EXTENDED && self.has_directed_level {
-            return level * self.options.directed_level(rate.value(), applied.value());
+            let at_rest = if rate.value() == 0.0 { applied } else { rate };
+            return level * self.options.directed_level(sliding.unwrap_or(at_rest.value()));
         }
         level
+    }
+
+    /// Direction in which the contact slides, where its load factor depends on it.
+    #[inline(always)]
+    pub(super) fn sliding<S: Varying>(&self, memory: &L::Memory<S>) -> Option<f64> {
+        if EXTENDED && self.has_directed_level { L::sliding_direction::<S>(memory) } else { None }
     }
 
     /// The least and the largest friction force in N that a carriage can ask for which moves as imposed: a range where a
@@ -285,7 +313,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
             return [friction.force; 2];
         }
         [-OVERWHELMING, OVERWHELMING].map(|applied| {
-            let pushed = self.contact_under(contact.time, x, [contact.velocity, S::zero()], S::constant(applied));
+            let pushed = self.contact_under(contact.time, x, [contact.velocity, S::zero()], None, S::constant(applied));
             self.friction.force(&pushed, x, &memory.friction, &mut [S::zero(); MOST])
         })
     }
@@ -333,7 +361,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
         bristle_rates: &mut [S],
     ) -> [S; 3] {
         let rate = self.rate(time, x, u, memory);
-        let contact = self.contact(time, x, u, rate, &memory.motion);
+        let contact = self.contact(time, x, u, rate, self.sliding(&memory.friction), &memory.motion);
         let force = self.friction.law().force(&contact, bristles, &memory.friction, bristle_rates);
         let force = self.with_one_way_friction(force, &contact, &memory.friction);
         [rate, self.acceleration(&contact, force, &memory.motion), force]
@@ -538,7 +566,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
         if !self.sensors.next_sample(&memory.sensors).is_due_at(time.value()) {
             return;
         }
-        let contact = self.contact(time, x, u, self.rate(time, x, u, memory), &memory.motion);
+        let contact = self.contact_at(time, x, u, memory);
         let friction = self.friction_force(&contact, x, &memory.friction);
         let acceleration = self.acceleration(&contact, friction, &memory.motion);
         let quantities = self.measured(time, x, u, [acceleration, friction], (&memory.friction, &memory.motion));
@@ -631,7 +659,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
         memory: &MemoryOf<L, A, S::Held>,
         rates: &mut [S],
     ) {
-        let bristles = self.friction.states();
+        let bristles = self.friction.range();
         let [rate, acceleration, friction] =
             self.motion_rates(time, x, u, memory, &x[bristles.clone()], &mut rates[bristles]);
         let gas = self.gas(x);
@@ -703,7 +731,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
         if self.is_led() {
             return -of_gas;
         }
-        let contact = self.contact(time, x, u, self.rate(time, x, u, memory), &memory.motion);
+        let contact = self.contact_at(time, x, u, memory);
         let friction = self.friction_force(&contact, x, &memory.friction);
         contact.applied - friction - of_gas
     }
@@ -733,7 +761,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
         computed: &mut [S],
     ) {
         let (position, rate) = (State::Position.get(x), self.rate(time, x, u, memory));
-        let contact = self.contact(time, x, u, rate, &memory.motion);
+        let contact = self.contact(time, x, u, rate, self.sliding(&memory.friction), &memory.motion);
         let mut friction = self.friction.observe(&contact, x, &memory.friction);
         friction.force = self.with_one_way_friction(friction.force, &contact, &memory.friction);
         let acceleration = friction.unless_held(self.acceleration(&contact, friction.force, &memory.motion));

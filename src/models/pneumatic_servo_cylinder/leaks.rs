@@ -60,7 +60,8 @@ impl Leaks {
     fn past_piston<S: Scalar>(&self, gas: GasState<Pair<S>>) -> Flow<Pair<S>> {
         let (Pair([p_a, p_b]), Pair([t_a, t_b])) = (gas.pressure, gas.temperature);
         let to_b = (p_a * p_a - p_b * p_b) * self.piston;
-        let temperature = if to_b.value() >= 0.0 { t_a } else { t_b };
+        // By the pressures, since a leak that is absent has a slope, too.
+        let temperature = S::if_at_least(p_a, p_b, t_a, t_b);
         Flow { mass: Pair([-to_b, to_b]), temperature: Pair([temperature; 2]) }
     }
 

@@ -165,6 +165,11 @@ impl Lines {
         self.count > 0
     }
 
+    /// Whether any of them acts on the chambers: the meter does not.
+    pub fn are_coupled(&self) -> bool {
+        self.count > usize::from(self.has_meter)
+    }
+
     /// The longest explicit steps.
     pub fn longest_steps(&self) -> LongestSteps {
         self.longest_steps
@@ -217,8 +222,8 @@ impl Lines {
         self.hoses.each_ref().map(|line| line.as_ref().map_or(none, added))
     }
 
-    /// The states at the start: hoses at the pressures of the chambers, the vessel at supply pressure, all at rest, the meter
-    /// at 0.
+    /// The states at the start: hoses at the pressures of the chambers, the vessel at supply pressure, which a supply below ambient
+    /// does not lower, all at rest, the meter at 0.
     pub fn start<S: Scalar>(&self, pressures: [S; 2], supply: S) -> [S; LINE_STATES] {
         let start = |place: usize| match place {
             VESSEL => supply,
@@ -469,10 +474,11 @@ impl Lines {
         }));
         table.push(
             Variable::output(CONSUMED_VOLUME, "supply.consumedVolume", units::CUBIC_METRE)
+                .counts_with("consumption.enabled")
                 .nominal(1e-3)
                 .shown_in("l")
                 .depends_on(&[CONSUMED])
-                .text("The same mass as volume at the reference conditions of ISO 8778 (ANR: air of 1.185 kg/m3, another gas by gas.R)"),
+                .text("Gas drawn from the supply since the start, as volume at the reference conditions of ISO 8778 (ANR: air of 1.185 kg/m3, another gas by gas.R)"),
         );
         table
     }
@@ -481,19 +487,21 @@ impl Lines {
 /// The rate of the state of the meter.
 fn supply_flow() -> Variable {
     Variable::output(CONSUMED + RATES, "supply.massFlow", units::KILOGRAM_PER_SECOND)
+        .counts_with("consumption.enabled")
         .nominal(1e-3)
         .shown_in("l/min(ANR)")
         .derivative_of(CONSUMED)
-        .text("Mass flow drawn from the supply by chambers, hoses, vessel and leakage; negative where gas flows back. 0 unless consumption.enabled")
+        .text("Mass flow drawn from the supply by chambers, hoses, vessel and leakage; negative where gas flows back")
 }
 
 fn state(place: usize) -> Variable {
     if place == METER {
         return Variable::output(CONSUMED, "supply.consumed", units::KILOGRAM)
+            .counts_with("consumption.enabled")
             .nominal(1e-3)
             .shown_in("g")
             .depends_on(&[CONSUMED])
-            .text("Mass drawn from the supply since the start; 0 unless consumption.enabled");
+            .text("Mass drawn from the supply since the start");
     }
     let (own, hose) = (reference(place), ["hoseA", "hoseB"].get(place / HOSE).copied().unwrap_or_default());
     let (name, text, nominal) = match place {
@@ -515,7 +523,7 @@ fn state(place: usize) -> Variable {
             let number = place % HOSE + 1 - VOLUMES;
             (
                 format!("{hose}.massFlow[{number}]"),
-                format!("Mass flow in column {number} of the hose, towards the chamber, by its inertia"),
+                format!("Mass flow in air column {number} of the hose, positive towards the chamber"),
                 1e-3,
             )
         }

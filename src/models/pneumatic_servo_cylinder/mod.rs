@@ -35,6 +35,10 @@ pub use self::cylinder::{Memory, PneumaticServoCylinder};
 #[doc(hidden)]
 pub use self::states::{PRESSURE_A, PRESSURE_B};
 
+/// The most states of a run.
+#[cfg(feature = "sensitivities")]
+pub(super) const MOST_STATES: usize = states::MOST;
+
 /// The model as the library offers it.
 pub const MODEL: Model = model::<Friction, Actuator>();
 

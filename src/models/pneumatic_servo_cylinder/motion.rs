@@ -30,7 +30,7 @@ enumeration! {
     /// The choice of the carriage's drive; ids are never reused.
     Motion "CylinderMotion": "What moves the carriage" {
         1 Free: "Forces: pressures, friction and externalForce";
-        2 Imposed: "imposedPosition and imposedVelocity, rigidly or through coupling.compliance; rodForce is the answer";
+        2 Imposed: "imposedPosition and imposedVelocity, rigidly or through coupling.compliance; rodForce is the reaction force";
     }
 }
 

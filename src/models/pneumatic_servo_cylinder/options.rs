@@ -10,7 +10,7 @@ use super::motion::{Guidance, Motion};
 use crate::numbers::{Pair, STILL, Scalar, Tangent};
 use crate::pneumatics::gas::Gas;
 use crate::pneumatics::hose::Hose;
-use crate::variables::{Fixed, ParameterError, Tunable, Variable, units};
+use crate::variables::{Condition, Fixed, Notice, ParameterError, Tunable, Variable, units};
 use crate::{enumeration, parameters};
 
 enumeration! {
@@ -21,6 +21,23 @@ enumeration! {
     }
 }
 
+/// The restrictions of ports that lie between two volumes.
+const RESTRICTIONS: [&str; 5] = ["throttleA.C", "throttleB.C", QUICK_EXHAUSTS[0], QUICK_EXHAUSTS[1], "cushion.length"];
+
+const QUICK_EXHAUSTS: [&str; 2] = ["quickExhaustA.C", "quickExhaustB.C"];
+
+/// Parts with laminar flow: the hoses, of which a restricted port has one of its own, and the gap of the piston.
+const VISCOUS: [&str; 8] = [
+    "hoseA.length",
+    "hoseB.length",
+    RESTRICTIONS[0],
+    RESTRICTIONS[1],
+    RESTRICTIONS[2],
+    RESTRICTIONS[3],
+    RESTRICTIONS[4],
+    "piston.leakage",
+];
+
 parameters! {
     /// The parameters of options, which are off by default.
     Options {
@@ -28,15 +45,15 @@ parameters! {
             .text("Diameter of a second rod, through chamber A, smaller than the bore; equal to cylinder.rod: a symmetric cylinder");
         opens_b: bool = Variable::option(1202, "chamberB.open", false)
             .text("Chamber B is open to the surroundings (single-acting): its pressure is ambient, independent of its initial pressure and of the valve, whose port B is plugged");
-        spring_stiffness: Fixed = Variable::parameter(1203, "load.stiffness", units::NEWTON_PER_METRE, 0.0).range(0.0, 1e8).nominal(100.0)
+        spring_stiffness: Fixed = Variable::parameter(1203, "load.stiffness", units::NEWTON_PER_METRE, 0.0).range(0.0, 1e8).plausible(1.0, 1e8).nominal(100.0)
             .text("Stiffness of a spring between carriage and frame: a load, or the return spring of a single-acting cylinder");
-        spring_rest: Fixed = Variable::parameter(1204, "load.rest", units::METRE, 0.0).range(-10.0, 10.0).nominal(0.1).shown_in("mm")
+        spring_rest: Fixed = Variable::parameter(1204, "load.rest", units::METRE, 0.0).counts_with("load.stiffness").range(-10.0, 10.0).plausible(-2.0, 2.0).nominal(0.1).shown_in("mm")
             .text("Position of the carriage at which the spring is relaxed; outside the stroke for a spring under preload");
         kappa_difference: Fixed = Variable::parameter(1205, "friction.kappaDifference", units::PER_PASCAL, 0.0).range(-1e-3, 1e-3).nominal(1e-6).shown_in("1/bar")
-            .text("Growth of the load level with the magnitude of the pressure difference between the chambers");
+            .text("Increase of the load factor of friction per absolute pressure difference between the chambers");
         waviness: Fixed = Variable::parameter(1206, "friction.position.amplitude", units::ONE, 0.0).range(0.0, 1.0).nominal(0.1)
-            .text("Variation of the load level along the stroke, as a sine: largest deviation as a fraction of the mean");
-        wave_length: Fixed = Variable::parameter(1207, "friction.position.period", units::METRE, 0.05).range(1e-6, 10.0).shown_in("mm")
+            .text("Variation of the load factor along the stroke, as a sine: largest deviation as a fraction of the mean");
+        wave_length: Fixed = Variable::parameter(1207, "friction.position.period", units::METRE, 0.05).counts_with("friction.position.amplitude").range(1e-6, 10.0).plausible(1e-4, 1.0).shown_in("mm")
             .text("Period of the variation along the stroke; the level at position 0 is the mean, and rises from there");
         hose_length_a: Fixed = hose_length(1210, "A");
         hose_diameter_a: Fixed = hose_diameter(1211, "A");
@@ -44,41 +61,41 @@ parameters! {
         hose_diameter_b: Fixed = hose_diameter(1213, "B");
         throttle_a: Fixed = throttle(1214, "A");
         throttle_b: Fixed = throttle(1215, "B");
-        throttle_free: Fixed = Variable::parameter(1216, "throttle.free", units::CUBIC_METRE_PER_SECOND_PASCAL, 1e-8).range(1e-13, 1e-5).shown_in("dm3/(s.bar)")
+        throttle_free: Fixed = Variable::parameter(1216, "throttle.free", units::CUBIC_METRE_PER_SECOND_PASCAL, 1e-8).counts_where(Condition::any_on(&RESTRICTIONS)).range(1e-13, 1e-5).shown_in("dm3/(s.bar)")
             .text("Sonic conductance of flow controls and cushions the other way, and of a port with a cushion that is open");
-        throttle_ratio: Fixed = Variable::parameter(1217, "throttle.b", units::ONE, 0.3).range(0.0, 0.99)
+        throttle_ratio: Fixed = Variable::parameter(1217, "throttle.b", units::ONE, 0.3).counts_where(Condition::any_on(&RESTRICTIONS)).range(0.0, 0.99)
             .text("Critical pressure ratio of flow controls and cushions");
-        throttled_flow: ThrottledFlow = Variable::choice(1218, "throttle.direction", ThrottledFlow::MeterOut)
+        throttled_flow: ThrottledFlow = Variable::choice(1218, "throttle.direction", ThrottledFlow::MeterOut).counts_where(Condition::any_on(&["throttleA.C", "throttleB.C"]))
             .text("Flow that the one-way flow controls throttle");
-        cushion_length: Fixed = Variable::parameter(1219, "cushion.length", units::METRE, 0.0).range(0.0, 1.0).nominal(0.02).shown_in("mm")
+        cushion_length: Fixed = Variable::parameter(1219, "cushion.length", units::METRE, 0.0).range(0.0, 1.0).nominal(0.02).absent_at_zero().shown_in("mm")
             .text("Length of the end cushions at both ends of the stroke, at most the stroke; 0: none. Without a hose a port is a passage of 50 mm with the diameter of its hose");
-        cushion_conductance: Fixed = Variable::parameter(1220, "cushion.C", units::CUBIC_METRE_PER_SECOND_PASCAL, 2e-10).range(1e-14, 1e-5).shown_in("dm3/(s.bar)")
+        cushion_conductance: Fixed = Variable::parameter(1220, "cushion.C", units::CUBIC_METRE_PER_SECOND_PASCAL, 2e-10).counts_with("cushion.length").range(1e-14, 1e-5).shown_in("dm3/(s.bar)")
             .text("Sonic conductance by which air leaves a chamber through its cushion");
-        vessel_volume: Fixed = Variable::parameter(1221, "supply.volume", units::CUBIC_METRE, 0.0).range(0.0, 100.0).nominal(1e-3).absent_at_zero().shown_in("cm3")
+        vessel_volume: Fixed = Variable::parameter(1221, "supply.volume", units::CUBIC_METRE, 0.0).range(0.0, 100.0).plausible(1e-6, 0.5).nominal(1e-3).absent_at_zero().shown_in("cm3")
             .text("Volume of a vessel between the supply and the valve, at the temperature of the supply; 0: none");
-        vessel_conductance: Fixed = Variable::parameter(1222, "supply.C", units::CUBIC_METRE_PER_SECOND_PASCAL, 1e-8).range(1e-13, 1e-5).shown_in("dm3/(s.bar)")
+        vessel_conductance: Fixed = Variable::parameter(1222, "supply.C", units::CUBIC_METRE_PER_SECOND_PASCAL, 1e-8).counts_with("supply.volume").range(1e-13, 1e-5).shown_in("dm3/(s.bar)")
             .text("Sonic conductance between the supply and the vessel");
-        vessel_ratio: Fixed = Variable::parameter(1223, "supply.b", units::ONE, 0.3).range(0.0, 0.99)
+        vessel_ratio: Fixed = Variable::parameter(1223, "supply.b", units::ONE, 0.3).counts_with("supply.volume").range(0.0, 0.99)
             .text("Critical pressure ratio between the supply and the vessel");
         leak_a: Tunable = leak(1225, "A");
         leak_b: Tunable = leak(1226, "B");
-        leak_ratio: Tunable = Variable::parameter(1227, "leakage.b", units::ONE, 0.3).range(0.0, 0.99)
+        leak_ratio: Tunable = Variable::parameter(1227, "leakage.b", units::ONE, 0.3).counts_where(Condition::any_on(&["chamberA.leakage", "chamberB.leakage"])).range(0.0, 0.99)
             .text("Critical pressure ratio of the leaks from the chambers to the surroundings");
         opens_a: bool = Variable::option(1228, "chamberA.open", false)
             .text("Chamber A is open to the surroundings, as chamber B with chamberB.open: a pulling cylinder, which a spring may extend");
         direction_factor: Fixed = Variable::parameter(1229, "friction.direction.factor", units::ONE, 1.0).range(0.01, 100.0)
-            .text("Load level of a carriage that moves outwards, or is pushed outwards at rest, relative to that inwards");
+            .text("Load factor of a carriage that moves outwards, or is pushed outwards at rest, relative to that inwards");
         motion: Motion = Variable::choice(1230, "motion", Motion::Free)
             .text("What moves the carriage: forces, or a multibody tool by imposedPosition and imposedVelocity");
-        compliance: Fixed = Variable::parameter(1231, "coupling.compliance", units::METRE_PER_NEWTON, 0.0).range(0.0, 1.0).nominal(1e-6).absent_at_zero().shown_in("um/N")
+        compliance: Fixed = Variable::parameter(1231, "coupling.compliance", units::METRE_PER_NEWTON, 0.0).range(0.0, 1.0).plausible(1e-12, 1e-2).nominal(1e-6).absent_at_zero().shown_in("um/N")
             .text("Compliance of a spring between the carriage and the imposed motion; 0: the carriage moves as imposed. It needs motion = Imposed");
         coupling_damping: Fixed = Variable::parameter(1232, "coupling.damping", units::NEWTON_SECOND_PER_METRE, 0.0).range(0.0, 1e8).nominal(100.0)
-            .text("Damping beside that spring. It needs coupling.compliance");
+            .text("Damping in parallel with the spring of coupling.compliance, which it needs");
         quick_exhaust_a: Fixed = quick_exhaust(1233, "A");
         quick_exhaust_b: Fixed = quick_exhaust(1234, "B");
-        quick_exhaust_ratio: Fixed = Variable::parameter(1235, "quickExhaust.b", units::ONE, 0.3).range(0.0, 0.99)
+        quick_exhaust_ratio: Fixed = Variable::parameter(1235, "quickExhaust.b", units::ONE, 0.3).counts_where(Condition::any_on(&QUICK_EXHAUSTS)).range(0.0, 0.99)
             .text("Critical pressure ratio of the quick exhaust valves");
-        quick_exhaust_opening: Fixed = Variable::parameter(1236, "quickExhaust.opening", units::PASCAL, 1e4).range(1e3, 1e6).shown_in("bar")
+        quick_exhaust_opening: Fixed = Variable::parameter(1236, "quickExhaust.opening", units::PASCAL, 1e4).counts_where(Condition::any_on(&QUICK_EXHAUSTS)).range(1e3, 1e6).shown_in("bar")
             .text("Pressure by which a chamber must exceed its supply line for a quick exhaust valve to be fully open; it opens in proportion");
         one_way_damping: Fixed = Variable::parameter(1237, "friction.direction.damping", units::NEWTON_SECOND_PER_METRE, 0.0).range(-1e4, 1e4).nominal(10.0).turns_at_zero()
             .text("Viscous friction in one direction alone, added to the law: outwards if positive, inwards with its magnitude if negative");
@@ -87,8 +104,8 @@ parameters! {
             .text("Specific gas constant, of dry air by default. Sonic conductances and leaks are stated for air, and pass another gas as nozzles and gaps of the same size do");
         heat_ratio: Fixed = Variable::parameter(1261, "gas.gamma", units::ONE, Gas::AIR.heat_ratio.value).range(1.01, 1.7)
             .text("Ratio of the specific heats of the gas, of air by default");
-        viscosity: Fixed = Variable::parameter(1262, "gas.viscosity", units::PASCAL_SECOND, Gas::AIR.viscosity.value).range(1e-6, 1e-3)
-            .text("Dynamic viscosity of the gas, of air at 20 degC by default: counts in hoses and for piston.leakage");
+        viscosity: Fixed = Variable::parameter(1262, "gas.viscosity", units::PASCAL_SECOND, Gas::AIR.viscosity.value).counts_where(Condition::any_on(&VISCOUS)).range(1e-6, 1e-3)
+            .text("Dynamic viscosity of the gas in hoses and in the leak past the piston, of air at 20 degC by default");
         counts_supply: bool = Variable::option(1224, "consumption.enabled", false)
             .text("Count the gas that is drawn from the supply, for supply.massFlow, supply.consumed and supply.consumedVolume");
     }
@@ -103,7 +120,14 @@ fn hose_length(reference: u32, chamber: &str) -> Variable {
 }
 
 fn hose_diameter(reference: u32, chamber: &str) -> Variable {
+    let own = [
+        &format!("hose{chamber}.length"),
+        &format!("throttle{chamber}.C"),
+        &format!("quickExhaust{chamber}.C"),
+        "cushion.length",
+    ];
     Variable::parameter(reference, &format!("hose{chamber}.diameter"), units::METRE, 4e-3)
+        .counts_where(Condition::any_on(&own))
         .range(5e-4, 0.1)
         .shown_in("mm")
         .text(&format!("Inner diameter of the hose to chamber {chamber}"))
@@ -112,6 +136,7 @@ fn hose_diameter(reference: u32, chamber: &str) -> Variable {
 fn leak(reference: u32, chamber: &str) -> Variable {
     let leak =
         Variable::parameter(reference, &format!("chamber{chamber}.leakage"), units::CUBIC_METRE_PER_SECOND_PASCAL, 0.0);
+    let leak = leak.counts_where(Condition::off(&format!("chamber{chamber}.open")));
     leak.range(0.0, 1e-5)
         .nominal(1e-11)
         .shown_in("dm3/(s.bar)")
@@ -154,7 +179,7 @@ impl Options {
                 .any(Tangent::is_used)
     }
 
-    /// Whether the load level of friction is another outwards than inwards.
+    /// Whether the load factor of friction is another outwards than inwards.
     pub fn differs_by_direction(&self) -> bool {
         self.direction_factor != 1.0 || self.direction_factor.slopes != STILL
     }
@@ -187,6 +212,18 @@ impl Options {
     /// Sonic conductances in m3/(s Pa) of the quick exhaust valves.
     pub fn quick_exhausts(&self) -> [Tangent; 2] {
         [self.quick_exhaust_a, self.quick_exhaust_b]
+    }
+
+    /// A hose, flow control or quick exhaust valve at a chamber that is open to the surroundings.
+    pub fn left_out(&self) -> Option<Notice> {
+        const NAMES: [[&str; 3]; 2] =
+            [["hoseA.length", "throttleA.C", "quickExhaustA.C"], ["hoseB.length", "throttleB.C", "quickExhaustB.C"]];
+        let remark = "it is left out, since the chamber is open to the surroundings and its port is plugged";
+        (0..2).filter(|side| self.opens()[*side]).find_map(|side| {
+            let values = [self.hoses()[side][0], self.throttles()[side], self.quick_exhausts()[side]];
+            let place = values.iter().position(|value| *value > 0.0)?;
+            Some(Notice { variable: NAMES[side][place], value: values[place].value, remark })
+        })
     }
 
     /// Drive of the carriage.
@@ -243,14 +280,13 @@ impl Options {
         }
     }
 
-    /// Increase of the load level by the pressure difference.
+    /// Increase of the load factor by the pressure difference.
     pub fn added_level<S: Scalar>(&self, Pair([p_a, p_b]): Pair<S>) -> S {
         (p_a - p_b).abs() * self.kappa_difference
     }
 
-    /// Friction level towards the side of a velocity in m/s, or at rest of the applied force in N, relative to that inwards.
-    pub fn directed_level(&self, velocity: f64, applied: f64) -> Tangent {
-        let towards = if velocity == 0.0 { applied } else { velocity };
+    /// Friction level towards the side of a number, relative to the level inwards.
+    pub fn directed_level(&self, towards: f64) -> Tangent {
         if towards > 0.0 { self.direction_factor } else { Tangent::still(1.0) }
     }
 

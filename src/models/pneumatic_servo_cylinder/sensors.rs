@@ -1,7 +1,8 @@
 //! The sensors of the rig: of position, of both pressures, and of the force between rod and carriage.
 //!
-//! Their readings stand beside the quantities themselves, and act on nothing. Sensors with a lag have states, in front of
-//! the position; a cylinder whose sensors have none has none of these.
+//! Their readings stand beside the quantities themselves, and act on nothing: with samples at communication points they change no
+//! bit of a run. Sensors with a lag have states, in front of the position, which the step control follows; a cylinder whose sensors
+//! have none has none of these.
 
 use crate::numbers::{Scalar, Varying, random};
 use crate::parameters;
@@ -148,7 +149,7 @@ impl Sensors {
                 .local()
                 .depends_on(&[LAGGED + place as u32])
                 .starts_from(starts[place])
-                .text(&format!("What the lag of the sensor hands on of the {}; 0 without a lag", TEXTS[place]))
+                .text(&format!("Output of the first-order lag of the sensor of the {}; 0 without a lag", TEXTS[place]))
         };
         let rate = |place: usize| {
             let unit =
@@ -158,7 +159,7 @@ impl Sensors {
                 .local()
                 .derivative_of(LAGGED + place as u32)
                 .depends_on(&known(place))
-                .text(&format!("Rate of what the lag of the sensor hands on of the {}", TEXTS[place]))
+                .text(&format!("Rate of the state of the lag of the sensor of the {}", TEXTS[place]))
         };
         let all = 0..COUNT;
         all.clone().map(reading).chain(all.clone().map(lagged)).chain(all.map(rate)).collect()

@@ -1,11 +1,13 @@
 //! Inputs, states, and the places of the states in a run.
 
-use super::motion::Imposed;
+use super::motion::{Imposed, Motion};
 use super::parameters::Parameters;
 use super::{lines, sensors};
 use crate::friction::MAX_STATES;
+use crate::pneumatics::actuator::Actuation::{self, *};
 use crate::pneumatics::actuator::{self, COIL, Commands, STATES, SUPPLY, VOLTAGE, VOLTAGE_A, VOLTAGE_B};
-use crate::variables::{Variable, units};
+use crate::pneumatics::switching::SwitchingCommand;
+use crate::variables::{Condition, Variable, units};
 use crate::{inputs, states};
 
 /// Value reference of the external force.
@@ -15,19 +17,30 @@ pub const IMPOSED_POSITION: u32 = 4;
 /// Value reference of the imposed velocity.
 pub const IMPOSED_VELOCITY: u32 = 5;
 
+/// A command that some actuators do not take, and switching valves by one of their commands alone.
+fn commands(input: Variable, others: &[Actuation], switching: SwitchingCommand) -> Variable {
+    let switched =
+        Condition::is_not(ACTUATION, &[SwitchingValves]).or(Condition::is("switching.command", &[switching]));
+    input.counts_where(Condition::is_not(ACTUATION, others)).counts_where(switched)
+}
+
+const ACTUATION: &str = "actuation";
+
 /// The command of an actuator for one chamber.
 fn voltage_of(reference: u32, chamber: &str) -> Variable {
     let voltage = Variable::input(reference, &format!("valveVoltage{chamber}"), units::VOLT, 5.0).nominal(5.0);
+    let voltage = commands(voltage, &[ProportionalValve, PressureRegulator], SwitchingCommand::EachValve);
     voltage.text(&format!(
-        "With actuation = TwoValves or TwoRegulators: command of the valve of chamber {chamber}, which is closed at 5 V, feeds above and vents below, or of its regulator"
+        "Command of the valve of chamber {chamber} (5 V: closed, more feeds the chamber, less vents it) or of its regulator"
     ))
 }
 
 /// The command of a valve that is switched by itself.
 fn coil(place: u32, what: &str) -> Variable {
-    Variable::switch(COIL + place, &format!("coil[{}]", place + 1), false).text(&format!(
-        "With actuation = SwitchingValves and switching.command = EachCoil: whether the coil of the valve is on that {what}"
-    ))
+    let coil = Variable::switch(COIL + place, &format!("coil[{}]", place + 1), false);
+    let others = [ProportionalValve, PressureRegulator, TwoValves, TwoRegulators];
+    commands(coil, &others, SwitchingCommand::EachCoil)
+        .text(&format!("True switches on the coil of the valve that {what}"))
 }
 
 /// Number of inputs that equations without options read.
@@ -85,16 +98,16 @@ impl<S: Copy + Default> Inputs<S> {
 inputs! {
     /// The inputs.
     Inputs {
-        valve_voltage = Variable::input(VOLTAGE, "valveVoltage", units::VOLT, 5.0).nominal(5.0)
-            .text("Valve voltage: 5 V closes the valve, more feeds chamber A, less chamber B; saturates at 0 and 10 V. Commands the regulator on the second rig");
+        valve_voltage = commands(Variable::input(VOLTAGE, "valveVoltage", units::VOLT, 5.0), &[TwoValves, TwoRegulators], SwitchingCommand::OneVoltage).nominal(5.0)
+            .text("Valve voltage: 5 V closes the valve, more feeds chamber A, less chamber B; saturates at 0 and 10 V. With a single pressure regulator, its command");
         external_force = Variable::input(FORCE, "externalForce", units::NEWTON, 0.0).nominal(10.0)
             .text("External force on the carriage towards +x");
-        supply_pressure = Variable::input(SUPPLY, "supplyPressure", units::PASCAL, 5e5).at_least(0.0).nominal(1e5).shown_in("bar")
+        supply_pressure = Variable::input(SUPPLY, "supplyPressure", units::PASCAL, 5e5).plausible(5e4, 5e6).at_least(0.0).nominal(1e5).shown_in("bar")
             .text("Supply pressure of the valve or the regulator, absolute; below ambient it acts as ambient");
-        imposed_position = Variable::input(IMPOSED_POSITION, "imposedPosition", units::METRE, 0.25).nominal(0.1).shown_in("mm")
-            .text("With motion = Imposed: position of the carriage, or of the far end of the coupling; the motion starts here. Held: the position at the beginning of a communication step; with a derivative: at each instant");
-        imposed_velocity = Variable::input(IMPOSED_VELOCITY, "imposedVelocity", units::METRE_PER_SECOND, 0.0).nominal(0.1).shown_in("mm/s")
-            .text("With motion = Imposed: velocity of the carriage, or of the far end of the coupling; 0 throughout: the position is reached at the end of each communication step");
+        imposed_position = Variable::input(IMPOSED_POSITION, "imposedPosition", units::METRE, 0.25).counts_where(Condition::is("motion", &[Motion::Imposed])).nominal(0.1).shown_in("mm")
+            .text("Imposed position of the carriage, or of the far end of the coupling, also at the start. A held value is the position at the beginning of a communication step; with a derivative it is the position at each instant");
+        imposed_velocity = Variable::input(IMPOSED_VELOCITY, "imposedVelocity", units::METRE_PER_SECOND, 0.0).counts_where(Condition::is("motion", &[Motion::Imposed])).nominal(0.1).shown_in("mm/s")
+            .text("Imposed velocity of the carriage, or of the far end of the coupling; if it is always 0, the position is reached at the end of each communication step");
         voltage_a = voltage_of(VOLTAGE_A, "A");
         voltage_b = voltage_of(VOLTAGE_B, "B");
         coil_1 = coil(0, "feeds chamber A");

@@ -4,26 +4,29 @@ use std::ops::Range;
 
 use super::cylinder::{ExplicitSteps, Memory, MemoryOf, Parts, PneumaticServoCylinder};
 use super::ends;
-use super::lines::Lines;
+use super::lines::{Lines, METER};
 use super::motion::{self, Guidance};
 use super::parameters::Parameters;
 use super::sensors::{self, Sensors};
 use super::states::{ALL, Inputs, PRESSURE_A, PRESSURE_B, State, TEMPERATURE_A, TEMPERATURE_B, of_actuator};
 use super::variables::{self, Outputs};
-use crate::friction::{Event, FrictionLaw, Indicators, Stiction};
+use crate::friction::{Event, FrictionContact, FrictionLaw, Indicators, Stiction};
+use crate::holds;
 use crate::numbers::{Number, Pair, Real, Scalar, Varying};
 use crate::pneumatics::actuator::{Actuating, STATES};
 use crate::pneumatics::{gas, orifice};
 use crate::sensor;
 use crate::system::{
-    ClosedForm, Groups, Hints, Indicator, Limits, LongestSteps, QUANTITIES, Sample, StateIndex, Stride, System, Tables,
-    UNUSED,
+    ClosedForm, Groups, Hints, Holder, Holds, Indicator, Limits, LongestSteps, Part, QUANTITIES, Sample, StateIndex,
+    Stride, System, Tables, UNUSED,
 };
 use crate::variables::{Notice, Notices, ParameterError, Values};
 
-/// Factor by which the errors of the states of a friction law may exceed the errors of other states: their effect on
-/// position and friction force stays far below the promised accuracy, and they would take most of the steps.
-const FRICTION_ALLOWANCE: f64 = 10.0;
+holds! {
+    [L: FrictionLaw, A: Actuating, const EXTENDED: bool, const U: usize] PneumaticServoCylinder<L, A, EXTENDED>, U;
+    friction: FrictionContact<L>, "friction", |memory| memory.friction,
+    |cylinder, time, x, u, memory| cylinder.contact_at(time, x, &Inputs::of(u), memory)
+}
 
 /// Equations that read few of the inputs, those which a cylinder without options has a use for, or all of them.
 impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool, const U: usize> System<U>
@@ -44,8 +47,6 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool, const U: usize> System<
 
     const RELAXING: Option<StateIndex> = Some(StateIndex::Front(State::FRICTION));
 
-    const TURNING: Option<StateIndex> = Some(StateIndex::Back(0));
-
     fn tables() -> Tables {
         variables::tables::<L, A>()
     }
@@ -63,12 +64,18 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool, const U: usize> System<
         &self.p
     }
 
+    fn parts() -> impl Holds<Self, U> {
+        Holder
+    }
+
     fn start<S: Varying, const N: usize>(&self, inputs: &[S; U]) -> ([S; N], Self::Memory<S>) {
         let u = Inputs::of(inputs);
         let mut x = [S::zero(); N];
-        let position0 = if self.is_led() { u.imposed_position } else { S::along(self.p.position0) };
+        // A coupling is relaxed at the start.
+        let (own, imposed) = ([self.p.position0, self.p.velocity0].map(S::along), u.imposed());
+        let [position0, velocity0] = if self.is_free() { own } else { [imposed.position, imposed.velocity] };
         State::Position.set(&mut x, position0);
-        State::Velocity.set(&mut x, S::along(self.p.velocity0));
+        State::Velocity.set(&mut x, velocity0);
         (x[PRESSURE_A], x[PRESSURE_B]) = (S::along(self.p.pressure0_a), S::along(self.p.pressure0_b));
         if EXTENDED {
             for (place, opens) in [PRESSURE_A, PRESSURE_B].into_iter().zip(self.options.opens()) {
@@ -77,14 +84,14 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool, const U: usize> System<
         }
         [x[TEMPERATURE_A], x[TEMPERATURE_B]] = [S::along(self.p.ambient_temperature); 2];
         if EXTENDED && self.lines.are_used() {
-            let states = self.lines.start([x[PRESSURE_A], x[PRESSURE_B]], u.supply_pressure);
+            let states = self.lines.start([x[PRESSURE_A], x[PRESSURE_B]], self.at_least_ambient(u.supply_pressure));
             self.put_lines(&states, &mut x);
         }
         let (states, actuator) = self.actuator.start(u.commands());
         x[..STATES].copy_from_slice(&states);
         let rate = if self.is_led() { u.imposed_velocity } else { State::Velocity.get(&x) };
         let motion = motion::Memory::new(rate);
-        let contact = self.contact(S::zero(), &x, &u, rate, &motion);
+        let contact = self.contact(S::zero(), &x, &u, rate, None, &motion);
         let friction = self.friction.start(&contact, &mut x);
         let force = self.friction_force(&contact, &x, &friction);
         let acceleration = self.acceleration(&contact, force, &motion);
@@ -101,7 +108,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool, const U: usize> System<
     }
 
     fn unused(&self, n: usize) -> Range<usize> {
-        let behind_friction = self.friction.states().end;
+        let behind_friction = self.friction.range().end;
         behind_friction..behind_friction + n - self.states()
     }
 
@@ -113,14 +120,10 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool, const U: usize> System<
         };
         let of_lines = || self.lines.state_at(reference).and_then(|place| self.places_of_lines(n).nth(place));
         let of_sensors = || self.sensors.state_at(reference).map(|place| Self::first_of_sensors(n) + place);
-        own.or_else(|| self.friction.state_at(reference))
+        own.or_else(|| self.friction.state_at(reference, n))
             .or_else(|| self.actuator.state_at(reference))
             .or_else(|| of_lines().map(|(_, index)| index))
             .or_else(of_sensors)
-    }
-
-    fn indicator_list() -> Vec<Indicator> {
-        Event::indicators("friction")
     }
 
     fn kink_list() -> Vec<Indicator> {
@@ -169,7 +172,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool, const U: usize> System<
         let remark = "it acts as ambientPressure, which is higher; pressures are absolute and in Pa";
         let is_low = value < self.p.ambient_pressure.value && self.actuator.has_supply();
         let low = is_low.then_some(Notice { variable: "supplyPressure", value, remark });
-        [self.friction.law().notice(), low]
+        [self.friction.law().notice(), low, self.options.left_out()]
     }
 
     fn derivatives<S: Scalar, const N: usize>(
@@ -184,22 +187,6 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool, const U: usize> System<
         rates
     }
 
-    fn indicators<S: Varying, const N: usize>(
-        &self,
-        time: S,
-        x: &[S; N],
-        u: &[S; U],
-        memory: &MemoryOf<L, A, S>,
-    ) -> Indicators<S> {
-        let u = &Inputs::of(u);
-        let contact = self.contact(time, x, u, self.rate(time, x, u, memory), &memory.motion);
-        self.friction.indicators(&contact, x, &memory.friction)
-    }
-
-    fn has_events(&self) -> bool {
-        self.friction.has_events()
-    }
-
     fn switch<S: Varying, const N: usize>(
         &self,
         event: usize,
@@ -208,13 +195,13 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool, const U: usize> System<
         u: &[S; U],
         memory: &mut MemoryOf<L, A, S>,
     ) {
-        let (u, event) = (&Inputs::of(u), Event::ALL[event]);
-        let mut contact = self.contact(time, x, u, self.rate(time, x, u, memory), &memory.motion);
+        let u = &Inputs::of(u);
+        let mut contact = self.contact_at(time, x, u, memory);
         // A stop is found just beyond velocity zero; the holding force there depends on the side that it is pushed to.
-        if EXTENDED && event == Event::Stop && self.friction.law().stiction() == Stiction::Exact {
-            contact.level = self.directed_level(x, S::zero(), contact.applied);
+        if EXTENDED && event == Event::Stop as usize && self.friction.law().stiction() == Stiction::Exact {
+            contact.level = self.directed_level(x, S::zero(), None, contact.applied);
         }
-        self.friction.switch(event, &contact, State::Velocity.at(N), x, &mut memory.friction);
+        self.friction.switch(event, &contact, x, &mut memory.friction);
     }
 
     fn follow<S: Varying, const N: usize>(
@@ -238,8 +225,8 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool, const U: usize> System<
         if self.is_led() {
             memory.motion.trend.follow(rate);
         }
-        let motion = &memory.motion;
-        self.friction.follow(|| self.contact(time, x, u, rate, motion), x, &mut memory.friction)
+        let contact = self.contact(time, x, u, rate, None, &memory.motion);
+        self.friction.follow(&contact, x, &mut memory.friction)
     }
 
     fn begin<S: Varying, const N: usize>(
@@ -260,18 +247,6 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool, const U: usize> System<
 
     fn next_sample<S: Varying>(&self, memory: &MemoryOf<L, A, S>) -> Sample<S> {
         self.next_change(memory)
-    }
-
-    fn event_name(&self, event: usize) -> &'static str {
-        Event::ALL[event].name()
-    }
-
-    fn variant(&self) -> &'static str {
-        self.friction.law().title()
-    }
-
-    fn max_step(&self) -> f64 {
-        self.friction.max_step()
     }
 
     fn depends_on_time(&self) -> bool {
@@ -298,9 +273,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool, const U: usize> System<
                 return;
             }
         }
-        let u = &Inputs::of(u);
-        let (rate, motion) = (self.rate(time, x, u, memory), &memory.motion);
-        self.friction.sample(|| self.contact(time, x, u, rate, motion), time.value(), x, &mut memory.friction);
+        Holder.sample(self, (time, x, u), memory);
     }
 
     fn arrive<S: Varying, const N: usize>(&self, time: S, x: &[S; N], u: &[S; U], memory: &mut MemoryOf<L, A, S>) {
@@ -333,7 +306,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool, const U: usize> System<
         // All at once, since as a rule all are.
         if !is_above.iter().fold(true, |all, one| all & one) {
             let place = is_above.iter().position(|one| !one).unwrap_or_default();
-            let imposed = IMPOSED.get(place).filter(|_| EXTENDED && self.is_led());
+            let imposed = IMPOSED.get(place).filter(|_| !self.is_free());
             return Err(imposed.unwrap_or(&REASONS[place]));
         }
         if EXTENDED && self.lines.are_used() && !self.lines.are_filled(&x[self.first_of_lines(N)..]) {
@@ -363,7 +336,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool, const U: usize> System<
 
     fn scales<const N: usize>(&self) -> [f64; N] {
         let mut scales = [1.0; N];
-        self.friction.write_scales(FRICTION_ALLOWANCE, &mut scales);
+        self.friction.write_scales(&mut scales);
         scales[..STATES].copy_from_slice(&self.actuator.scales());
         if EXTENDED && self.lines.are_used() {
             self.put_lines(&Lines::scales(), &mut scales);
@@ -397,6 +370,17 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool, const U: usize> System<
     }
 
     // Hints for speed.
+
+    fn turning(&self, n: usize) -> Option<usize> {
+        (self.friction.states() > 0).then(|| State::Velocity.at(n))
+    }
+
+    fn counting(&self, n: usize) -> Option<usize> {
+        if !EXTENDED {
+            return None;
+        }
+        self.lines.number(METER).map(|number| self.first_of_lines(n) + number)
+    }
 
     fn at_hand<S: Varying, const N: usize>(&self, place: usize, x: &[S; N], memory: &Self::Memory<S>) -> Option<S> {
         const POSITION: usize = Outputs::PLACES.position;
@@ -449,7 +433,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool, const U: usize> System<
         Hints {
             explicit: self.explicit.as_ref().map(longest),
             is_fast: EXTENDED && self.actuator.is_fast::<S>(&memory.actuator),
-            is_chain: EXTENDED && self.lines.are_used(),
+            is_chain: EXTENDED && self.lines.are_coupled(),
         }
     }
 
@@ -480,8 +464,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool, const U: usize> System<
         u: &[S; U],
         memory: &MemoryOf<L, A, S>,
     ) -> f64 {
-        let u = &Inputs::of(u);
-        let contact = || self.contact(time, x, u, self.rate(time, x, u, memory), &memory.motion);
+        let contact = || self.contact_at(time, x, &Inputs::of(u), memory);
         self.friction.relaxation(contact, [x, rates], &memory.friction)
     }
 
@@ -560,7 +543,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
             into_chambers: self.pieces_of_restrictions(&numbers),
             of_leaks: self.pieces_of_leaks(Pair([PRESSURE_A, PRESSURE_B].map(|place| numbers[place]))),
             touched: self.stops.touched(State::Position.get(x)),
-            is_backward: x.len() > State::OTHERS && State::Velocity.get(x) < 0.0,
+            is_backward: self.friction.states() > 0 && State::Velocity.get(x) < 0.0,
         }
     }
 

@@ -3,13 +3,14 @@
 use super::cylinder::Listed;
 use super::ends::EndSwitches;
 use super::lines::{Lines, feeds};
+use super::motion::Motion;
 use super::sensors::Sensors;
 use super::states::{FORCE, IMPOSED_POSITION, IMPOSED_VELOCITY, Inputs, State};
 use crate::friction::{FrictionLaw, states};
 use crate::outputs;
 use crate::pneumatics::actuator::Actuating;
 use crate::system::{Tables, references};
-use crate::variables::{ParameterSet, Variable, units};
+use crate::variables::{Condition, ParameterSet, Variable, units};
 
 /// Conserved quantities: mass and energy.
 pub const RESIDUALS: usize = 2;
@@ -59,10 +60,14 @@ pub fn tables<L: FrictionLaw, A: Actuating>() -> Tables {
             [&[IMPOSED_POSITION], &[], &[], &[FORCE, IMPOSED_POSITION, IMPOSED_VELOCITY]],
         )),
     };
+    let parameters = Listed::<L, A>::table();
+    // A cylinder of one actuator has nothing to choose.
+    let has = |name: &str| parameters.iter().any(|parameter| parameter.name == name);
+    let inputs = Inputs::table().into_iter().map(|input| input.without_conditions_unless(has));
     Tables {
-        inputs: Inputs::table(),
+        inputs: inputs.collect(),
         computed: [computed.in_order().concat(), residuals_table().to_vec()].concat(),
-        parameters: Listed::<L, A>::table(),
+        parameters,
     }
 }
 
@@ -108,7 +113,7 @@ mod depends {
     /// Dependencies of the decision whether a law without states of its own holds the mass.
     pub const LOAD: &[u32] = &[references::TIME, FORCE, IMPOSED_POSITION, IMPOSED_VELOCITY, X, V, P_A, P_B];
 
-    /// Dependencies of the load level.
+    /// Dependencies of the load factor.
     pub const LEVEL: [u32; 3] = [X, P_A, P_B];
 
     /// Dependencies of the limits of friction under an imposed motion.
@@ -187,7 +192,7 @@ outputs! {
             .text("Force of the end stops on the carriage towards +x");
         load_level = Variable::output(212, "friction.level", units::ONE).local().nominal(1.0)
             .depends_on(&[FORCE, IMPOSED_POSITION, IMPOSED_VELOCITY, depends::X, depends::P_A, depends::P_B])
-            .text("Load level lambda that multiplies the forces of the friction law");
+            .text("Load factor lambda of friction, which multiplies the forces of the friction law");
     }
 }
 
@@ -202,17 +207,17 @@ fn yielding(state: Variable) -> Variable {
 
 fn friction_limit(reference: u32, side: &str, which: &str) -> Variable {
     let limit = Variable::output(reference, &format!("frictionForceLimit.{side}"), units::NEWTON).nominal(10.0);
-    limit.depends_on(&depends::limits()).text(&format!(
-        "{which} friction force that the contact can hold against, with motion = Imposed: at rest under a set-valued law the end of a range, else frictionForce; 0 with motion = Free"
+    limit.counts_where(Condition::is("motion", &[Motion::Imposed])).depends_on(&depends::limits()).text(&format!(
+        "{which} friction force that the contact can exert under an imposed motion: a bound at rest under a set-valued law, otherwise equal to frictionForce"
     ))
 }
 
 /// Residuals of the balances, in the order of the conserved quantities.
 fn residuals_table() -> [Variable; RESIDUALS] {
     [
-        Variable::output(213, "balance.massResidual", units::KILOGRAM).local().nominal(1e-3).shown_in("g")
-            .depends_on(&[]).text("Mass of the gas in chambers, hoses and vessel beyond what was there at the start and has flowed in since: the error of the integration, and with thermal.model = PolytropicServo what that model takes from or adds to the mass; 0 unless balance.enabled"),
-        Variable::output(214, "balance.energyResidual", units::JOULE).local().nominal(1.0)
-            .depends_on(&[]).text("Energy of gas and carriage beyond what was there at the start and has flowed in since as enthalpy, heat and work; of the carriage alone unless thermal.model = EnergyBalance; 0 unless balance.enabled"),
+        Variable::output(213, "balance.massResidual", units::KILOGRAM).local().counts_with("balance.enabled").nominal(1e-3).shown_in("g")
+            .depends_on(&[]).text("Mass balance of the gas in chambers, hoses and vessel: present mass minus initial mass minus net inflow. It is the integration error; with thermal.model = PolytropicServo also the mass that this model does not conserve"),
+        Variable::output(214, "balance.energyResidual", units::JOULE).local().counts_with("balance.enabled").nominal(1.0)
+            .depends_on(&[]).text("Energy balance of gas and carriage: present energy minus initial energy minus net inflow of enthalpy, heat and work; of the carriage alone unless thermal.model = EnergyBalance"),
     ]
 }

@@ -25,8 +25,10 @@ use crate::model::{Course, Experiment, Functions, Model, Panel, Signal, Start};
 use crate::numbers::{DIRECTIONS, Real, STILL, Scalar, Slopes, Tangent, Varying, sign};
 use crate::sensitivity::{Along, Crossing, NoDerivative, Varied, seeds};
 use crate::solver::StepError;
-use crate::system::{Held, Kept, Sample, kept, varied};
-use crate::variables::{Meaning, ParameterError, ParameterSet, Table, Tunable, Variable, table_cache, units};
+use crate::system::{Held, Kept, Sample, kept, plain, reseeded, varied};
+use crate::variables::{
+    Condition, Meaning, ParameterError, ParameterSet, Table, Tunable, Variable, table_cache, units,
+};
 use crate::{enumeration, inputs, outputs, parameters};
 
 /// The model as the library offers it.
@@ -93,8 +95,8 @@ inputs! {
     Inputs {
         reference = Variable::input(1, "referencePosition", units::METRE, 0.25).range(-1e3, 1e3).nominal(0.1).shown_in("mm")
             .text("Position that the carriage is to have");
-        reference_velocity = Variable::input(2, "referenceVelocity", units::METRE_PER_SECOND, 0.0).range(-1e3, 1e3).nominal(0.1).shown_in("mm/s")
-            .text("Velocity of the reference; used if feedForward.source is Input");
+        reference_velocity = Variable::input(2, "referenceVelocity", units::METRE_PER_SECOND, 0.0).counts_where(Condition::is("feedForward.source", &[Source::Input])).range(-1e3, 1e3).nominal(0.1).shown_in("mm/s")
+            .text("Velocity of the reference");
         position = Variable::input(3, "position", units::METRE, 0.25).range(-1e3, 1e3).nominal(0.1).shown_in("mm")
             .text("Measured position of the carriage");
         velocity = Variable::input(4, "velocity", units::METRE_PER_SECOND, 0.0).range(-1e3, 1e3).nominal(0.1).shown_in("mm/s")
@@ -132,7 +134,7 @@ parameters! {
     #[doc(hidden)]
     /// The parameters. The gains suit the cylinder with its default parameters.
     Parameters {
-        sample_time: f64 = Variable::parameter(1001, "sampleTime", units::SECOND, 1e-3).range(1e-6, 10.0).shown_in("ms")
+        sample_time: f64 = Variable::parameter(1001, "sampleTime", units::SECOND, 1e-3).range(1e-6, 10.0).plausible(1e-5, 0.2).shown_in("ms")
             .meaning(Meaning::Sampling)
             .text("Sample time");
         position_gain: Tunable = Variable::parameter(1002, "gain.position", units::PER_SECOND, 12.0).range(0.0, 1e6)
@@ -145,7 +147,7 @@ parameters! {
             .text("Command per wanted velocity");
         source: Source = Variable::choice(1006, "feedForward.source", Source::Difference)
             .text("Where the velocity of the reference comes from");
-        velocity_limit: Tunable = Variable::parameter(1007, "limit.velocity", units::METRE_PER_SECOND, 1.0).range(0.0, 1e3).shown_in("mm/s")
+        velocity_limit: Tunable = Variable::parameter(1007, "limit.velocity", units::METRE_PER_SECOND, 1.0).range(0.0, 1e3).plausible(1e-3, 20.0).shown_in("mm/s")
             .text("Largest wanted velocity");
         integral_limit: Tunable = Variable::parameter(1008, "limit.integral", units::VOLT, 2.0).range(0.0, 1e3)
             .text("Largest integral part");
@@ -407,6 +409,19 @@ impl Varied for PositionController<Tangent> {
         Ok(())
     }
 
+    fn reseed(&mut self, _states: &[f64], along: &[Along]) {
+        self.memory.last = reseeded(&self.memory.last, |place| seeds(along, Along::Memory(place)));
+        self.lost = [const { None }; DIRECTIONS];
+        self.seeds = std::array::from_fn(|i| seeds(along, Along::Input(i)));
+    }
+
+    /// Its slopes are formulas, and are there.
+    fn be_silent(&mut self) {}
+
+    fn save(&self) -> Snapshot {
+        Snapshot { time: self.time, states: Vec::new(), memory: plain(&self.memory) }
+    }
+
     fn set_inputs(&mut self, values: &[f64], slopes: &[f64]) {
         self.put_inputs(values, slopes);
     }
@@ -427,6 +442,8 @@ impl Varied for PositionController<Tangent> {
     fn state(&self, _state: usize) -> Slopes {
         STILL
     }
+
+    fn states(&self, _states: &mut [Tangent]) {}
 
     fn memory(&self) -> Vec<Kept> {
         kept(&self.memory.last)

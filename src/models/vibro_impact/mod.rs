@@ -23,10 +23,13 @@ use self::variables::{Inputs, Outputs, Parameters, State};
 use crate::co_simulation::Product;
 use crate::co_simulation::start_sized;
 use crate::friction::{self, Contact, Drive, Event, Friction, FrictionContact, FrictionLaw, MAX_STATES};
+use crate::holds;
 use crate::model::{Experiment, Functions, Model, Panel, Start};
 use crate::numbers::{Scalar, Tangent, Varying};
-use crate::system::{Indicator, Limits, Sample, System, Tables, UNUSED, references};
-use crate::variables::{Notices, ParameterError, Values};
+#[cfg(feature = "sensitivities")]
+use crate::system::are_alike;
+use crate::system::{Holder, Holds, Indicator, Part, System, Tables, UNUSED, references};
+use crate::variables::{ParameterError, Values};
 
 /// The model as the library offers it.
 pub const MODEL: Model = model::<Friction>();
@@ -177,6 +180,11 @@ impl<L: FrictionLaw> VibroImpact<L> {
     }
 }
 
+holds! {
+    [L: FrictionLaw] VibroImpact<L>, 1; friction: FrictionContact<L>, "friction", |memory| memory.friction,
+    |system, time, x, u, memory| system.contact(time, x, &Inputs::read(u), system.rate(x, memory), memory.touches)
+}
+
 impl<L: FrictionLaw> System<1> for VibroImpact<L> {
     type Parameters = Parameters;
     type State = State;
@@ -190,12 +198,17 @@ impl<L: FrictionLaw> System<1> for VibroImpact<L> {
     fn new(values: &mut Values) -> Result<Self, ParameterError> {
         let p: Parameters = values.read()?;
         let law = p.friction_forces().read(values, "friction")?;
-        let friction = FrictionContact::new(law, Drive::Force, State::FRICTION, references::CONTACT);
+        let friction =
+            FrictionContact::new(law, Drive::Force, State::FRICTION, State::Velocity.index(), references::CONTACT);
         Ok(Self { coupling: Coupling::new(&p), friction, p })
     }
 
     fn parameters(&self) -> &Parameters {
         &self.p
+    }
+
+    fn parts() -> impl Holds<Self, 1> {
+        Holder
     }
 
     fn start<S: Varying, const N: usize>(&self, u: &[S; 1]) -> ([S; N], Self::Memory<S>) {
@@ -210,14 +223,10 @@ impl<L: FrictionLaw> System<1> for VibroImpact<L> {
         (x, Memory { friction, touches, impacts: 0 })
     }
 
-    fn states(&self) -> usize {
-        State::OTHERS + self.friction.count()
-    }
-
     fn indicator_list() -> Vec<Indicator> {
         let text = "The impact spring is touched or left";
         let impact = Indicator { name: "impact.contact".to_owned(), nominal: 1e-3, text };
-        [vec![impact], Event::indicators("friction")].concat()
+        [vec![impact], Self::parts().indicator_list()].concat()
     }
 
     fn derivatives<S: Scalar, const N: usize>(
@@ -250,9 +259,18 @@ impl<L: FrictionLaw> System<1> for VibroImpact<L> {
         let (d, _) = self.displacement(x, S::zero());
         let gap = self.coupling.gap;
         indicators[IMPACT] = if memory.touches { d - gap } else { -d + gap };
-        let contact = self.contact(time, x, &Inputs::read(u), self.rate(x, memory), memory.touches);
-        indicators[CONTACT..].copy_from_slice(self.friction.indicators(&contact, x, &memory.friction).as_ref());
+        Holder.write_indicators(self, (time, x, u), memory, &mut indicators);
         indicators
+    }
+
+    /// The impact spring has no preload.
+    fn is_kink(&self, event: usize) -> bool {
+        event == IMPACT
+    }
+
+    #[cfg(feature = "sensitivities")]
+    fn are_alike<S: Varying>(&self, one: &Memory<L::Memory<S>>, other: &Memory<L::Memory<S>>) -> bool {
+        are_alike(&one.friction, &other.friction)
     }
 
     fn switch<S: Varying, const N: usize>(
@@ -268,44 +286,11 @@ impl<L: FrictionLaw> System<1> for VibroImpact<L> {
             memory.impacts = memory.impacts.saturating_add(u32::from(memory.touches));
             return;
         }
-        let contact = self.contact(time, x, &Inputs::read(u), self.rate(x, memory), memory.touches);
-        self.friction.switch(Event::ALL[event - CONTACT], &contact, State::Velocity.at(N), x, &mut memory.friction);
-    }
-
-    fn follow<S: Varying, const N: usize>(
-        &self,
-        time: S,
-        x: &[S; N],
-        u: &[S; 1],
-        memory: &mut Memory<L::Memory<S>>,
-    ) -> bool {
-        let (rate, touches) = (self.rate(x, memory), memory.touches);
-        let contact = || self.contact(time, x, &Inputs::read(u), rate, touches);
-        self.friction.follow(contact, x, &mut memory.friction)
-    }
-
-    fn next_sample<S: Varying>(&self, memory: &Memory<L::Memory<S>>) -> Sample<S> {
-        self.friction.next_sample::<S>(&memory.friction)
-    }
-
-    fn sample<S: Varying, const N: usize>(
-        &self,
-        time: S,
-        x: &mut [S; N],
-        u: &[S; 1],
-        memory: &mut Memory<L::Memory<S>>,
-    ) {
-        let (rate, touches) = (self.rate(x, memory), memory.touches);
-        let contact = || self.contact(time, x, &Inputs::read(u), rate, touches);
-        self.friction.sample(contact, time.value(), x, &mut memory.friction);
+        Holder.switch(self, event - CONTACT, (time, x, u), memory);
     }
 
     fn event_name(&self, event: usize) -> &'static str {
         if event == IMPACT { "impact" } else { Event::ALL[event - CONTACT].name() }
-    }
-
-    fn variant(&self) -> &'static str {
-        self.friction.law().title()
     }
 
     /// At rest in the middle only the excitation moves anything: a step must not pass over a period of it.
@@ -315,23 +300,6 @@ impl<L: FrictionLaw> System<1> for VibroImpact<L> {
 
     fn depends_on_time(&self) -> bool {
         true
-    }
-
-    fn limits<const N: usize>(&self) -> [Limits; N] {
-        let mut limits = self.scales().map(Limits::of_magnitude);
-        self.friction.write_limits(&mut limits);
-        limits
-    }
-
-    fn scales<const N: usize>(&self) -> [f64; N] {
-        let mut scales = [1.0; N];
-        self.friction.write_scales(1.0, &mut scales);
-        State::ALL.iter().for_each(|state| scales[state.at(N)] = state.scale(&self.p));
-        scales
-    }
-
-    fn fits<S: Varying>(&self, memory: &Memory<L::Memory<S>>) -> bool {
-        self.friction.fits::<S>(&memory.friction)
     }
 
     fn outputs<S: Scalar, const N: usize>(
@@ -365,14 +333,6 @@ impl<L: FrictionLaw> System<1> for VibroImpact<L> {
             impacts: S::constant(f64::from(i32::try_from(memory.impacts).unwrap_or(i32::MAX))),
         };
         friction.write(outputs.write(computed));
-    }
-
-    fn state_at(&self, reference: u32, n: usize) -> Option<usize> {
-        State::of(reference).map(|state| state.at(n)).or_else(|| self.friction.state_at(reference))
-    }
-
-    fn notices(&self, _u: &[f64; 1]) -> Notices {
-        [self.friction.law().notice(), None]
     }
 }
 

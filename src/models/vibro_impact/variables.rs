@@ -3,7 +3,7 @@
 use crate::friction::parts::shared::{SharedForce, SharedForces};
 use crate::friction::{FrictionLaw, Law, states};
 use crate::system::{Tables, references};
-use crate::variables::{Choice, Fixed, Meaning, ParameterSet, Tunable, Variable, units};
+use crate::variables::{Choice, Condition, Fixed, Meaning, ParameterSet, Tunable, Variable, units};
 use crate::{enumeration, inputs, outputs, parameters, states};
 
 const BREAK_AWAY: f64 = 6.8;
@@ -142,43 +142,43 @@ parameters! {
     Parameters {
         form: Form = Variable::choice(1001, "form", Form::Dimensional)
             .text("Which parameters describe the system; in the dimensionless form all variables are numbers without the units shown");
-        internal_mass: Fixed = Variable::parameter(1002, "internal.mass", units::KILOGRAM, 1.0).range(1e-6, 1e4)
+        internal_mass: Fixed = described_by(Form::Dimensional, Variable::parameter(1002, "internal.mass", units::KILOGRAM, 1.0)).range(1e-6, 1e4)
             .text("Internal mass m_1");
-        body_mass: Fixed = Variable::parameter(1003, "mass", units::KILOGRAM, 1.336).range(1e-6, 1e4)
+        body_mass: Fixed = described_by(Form::Dimensional, Variable::parameter(1003, "mass", units::KILOGRAM, 1.336)).range(1e-6, 1e4)
             .text("Mass of the body m_2");
-        stiffness: Fixed = Variable::parameter(1004, "spring.k1", units::NEWTON_PER_METRE, 5200.0).range(0.0, 1e9)
+        stiffness: Fixed = described_by(Form::Dimensional, Variable::parameter(1004, "spring.k1", units::NEWTON_PER_METRE, 5200.0)).range(0.0, 1e9)
             .text("Stiffness of the spring between the masses");
-        cubic_stiffness: Fixed = Variable::parameter(1005, "spring.k2", units::NEWTON_PER_CUBIC_METRE, 1.7e9).range(0.0, 1e18)
+        cubic_stiffness: Fixed = described_by(Form::Dimensional, Variable::parameter(1005, "spring.k2", units::NEWTON_PER_CUBIC_METRE, 1.7e9)).range(0.0, 1e18)
             .text("Stiffness of the spring for the cube of its displacement");
-        damping: Fixed = Variable::parameter(1006, "spring.damping", units::NEWTON_SECOND_PER_METRE, 25.0).range(0.0, 1e6)
+        damping: Fixed = described_by(Form::Dimensional, Variable::parameter(1006, "spring.damping", units::NEWTON_SECOND_PER_METRE, 25.0)).range(0.0, 1e6)
             .text("Damping coefficient between the masses");
-        impact_stiffness: Fixed = Variable::parameter(1007, "impact.stiffness", units::NEWTON_PER_METRE, 8.5e4).range(0.0, 1e12)
+        impact_stiffness: Fixed = described_by(Form::Dimensional, Variable::parameter(1007, "impact.stiffness", units::NEWTON_PER_METRE, 8.5e4)).range(0.0, 1e12)
             .text("Stiffness k_0 of the impact spring");
-        gap: Fixed = Variable::parameter(1008, "impact.gap", units::METRE, 0.0).range(-1.0, 1.0).shown_in("mm")
+        gap: Fixed = described_by(Form::Dimensional, Variable::parameter(1008, "impact.gap", units::METRE, 0.0)).range(-1.0, 1.0).shown_in("mm")
             .text("Displacement at which the internal mass meets the impact spring");
-        amplitude: Tunable = Variable::parameter(1009, "excitation.amplitude", units::NEWTON, 5.372).range(0.0, 1e6)
+        amplitude: Tunable = described_by(Form::Dimensional, Variable::parameter(1009, "excitation.amplitude", units::NEWTON, 5.372)).range(0.0, 1e6)
             .text("Amplitude A of the harmonic force between the masses");
-        frequency: Fixed = Variable::parameter(1010, "excitation.frequency", units::HERTZ, 15.0).range(1e-3, 1e5)
+        frequency: Fixed = described_by(Form::Dimensional, Variable::parameter(1010, "excitation.frequency", units::HERTZ, 15.0)).range(1e-3, 1e5)
             .text("Frequency of the harmonic force");
-        break_away: Tunable = Variable::parameter(1011, "friction.Fs", units::NEWTON, BREAK_AWAY).range(0.0, 1e6)
+        break_away: Tunable = described_by(Form::Dimensional, Variable::parameter(1011, "friction.Fs", units::NEWTON, BREAK_AWAY)).range(0.0, 1e6)
             .text("Static friction of the law: force at which the body breaks away");
         coulomb_ratio: Tunable = Variable::parameter(1012, "friction.ratio", units::ONE, COULOMB_RATIO).range(0.0, 1.0)
             .text("Coulomb friction of the law divided by its static friction");
-        chi: Tunable = Variable::parameter(1021, "dimensionless.chi", units::ONE, 1.0).range(0.0, 1e6)
+        chi: Tunable = described_by(Form::Dimensionless, Variable::parameter(1021, "dimensionless.chi", units::ONE, 1.0)).range(0.0, 1e6)
             .text("Amplitude of the harmonic force, A/F_b");
-        omega: Fixed = Variable::parameter(1022, "dimensionless.omega", units::ONE, 1.0).range(1e-3, 1e3)
+        omega: Fixed = described_by(Form::Dimensionless, Variable::parameter(1022, "dimensionless.omega", units::ONE, 1.0)).range(1e-3, 1e3)
             .text("Angular frequency of the harmonic force times sqrt(m_1/k_1)");
-        zeta: Fixed = Variable::parameter(1023, "dimensionless.zeta", units::ONE, 0.1733).range(0.0, 1e3)
+        zeta: Fixed = described_by(Form::Dimensionless, Variable::parameter(1023, "dimensionless.zeta", units::ONE, 0.1733)).range(0.0, 1e3)
             .text("Damping ratio, c/(2*sqrt(k_1*m_1))");
-        sigma: Fixed = Variable::parameter(1024, "dimensionless.sigma", units::ONE, 16.35).range(0.0, 1e9)
+        sigma: Fixed = described_by(Form::Dimensionless, Variable::parameter(1024, "dimensionless.sigma", units::ONE, 16.35)).range(0.0, 1e9)
             .text("Stiffness of the impact spring, k_0/k_1");
-        beta: Fixed = Variable::parameter(1025, "dimensionless.beta", units::ONE, 1.03).range(0.0, 1e9)
+        beta: Fixed = described_by(Form::Dimensionless, Variable::parameter(1025, "dimensionless.beta", units::ONE, 1.03)).range(0.0, 1e9)
             .text("Cubic stiffness, k_2*F_b^2/k_1^3");
-        gamma: Fixed = Variable::parameter(1026, "dimensionless.gamma", units::ONE, 0.0).range(-1e3, 1e3)
+        gamma: Fixed = described_by(Form::Dimensionless, Variable::parameter(1026, "dimensionless.gamma", units::ONE, 0.0)).range(-1e3, 1e3)
             .text("Gap before the impact spring, k_1*G/F_b");
-        mass_ratio: Fixed = Variable::parameter(1027, "dimensionless.mu", units::ONE, 1.336).range(1e-6, 1e6)
+        mass_ratio: Fixed = described_by(Form::Dimensionless, Variable::parameter(1027, "dimensionless.mu", units::ONE, 1.336)).range(1e-6, 1e6)
             .text("Mass of the body divided by the internal mass");
-        friction: Tunable = Variable::parameter(1028, "dimensionless.fr", units::ONE, 1.0).range(0.0, 1e6)
+        friction: Tunable = described_by(Form::Dimensionless, Variable::parameter(1028, "dimensionless.fr", units::ONE, 1.0)).range(0.0, 1e6)
             .text("Static friction, F_s/F_b");
         position0: Fixed = Variable::parameter(1031, "position0", units::METRE, 0.0).range(-1e3, 1e3).shown_in("mm")
             .text("Initial position of the body");
@@ -189,6 +189,11 @@ parameters! {
         displacement_rate0: Fixed = Variable::parameter(1034, "displacementRate0", units::METRE_PER_SECOND, 0.0).range(-100.0, 100.0).shown_in("mm/s")
             .text("Initial velocity of the internal mass on the body");
     }
+}
+
+/// A parameter of one form.
+fn described_by(form: Form, parameter: Variable) -> Variable {
+    parameter.counts_where(Condition::is("form", &[form]))
 }
 
 impl Parameters {

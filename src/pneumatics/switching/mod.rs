@@ -18,7 +18,7 @@ pub use self::pulses::{Armature, Driver};
 
 enumeration! {
     /// Connections of the valves at 5 V, and between the pulses; ids are never reused.
-    SwitchingCentre "SwitchingCentre": "What switching valves connect a chamber to that is not fed" {
+    SwitchingCentre "SwitchingCentre": "State of a chamber that no switching valve feeds" {
         1 Vented: "Two 3/2 valves: a chamber that its valve does not feed is vented";
         2 Closed: "Two pairs of 2/2 valves: one feeds chamber A and vents chamber B, the other the other way round; between pulses both chambers are closed";
     }
@@ -26,7 +26,7 @@ enumeration! {
 
 enumeration! {
     /// The choice of the command of the coils; ids are never reused.
-    SwitchingCommand "SwitchingCommand": "What commands the coils of switching valves" {
+    SwitchingCommand "SwitchingCommand": "Command of the coils of switching valves" {
         1 OneVoltage: "valveVoltage: above 5 V it drives the valve that feeds chamber A, below 5 V the other one";
         2 EachValve: "valveVoltageA and valveVoltageB, each from 0 V, off, to 10 V, on, or a duty cycle between";
         3 EachCoil: "The Boolean inputs coil, at any time: four 2/2 valves that feed chamber A, vent chamber A, feed chamber B and vent chamber B";
@@ -41,17 +41,17 @@ parameters! {
         critical_ratio: Fixed = Variable::parameter(1251, "switching.b", units::ONE, 0.3).range(0.0, 0.99)
             .text("Critical pressure ratio of the switching valves");
         centre: SwitchingCentre = Variable::choice(1252, "switching.centre", SwitchingCentre::Vented)
-            .text("What the valves do at 5 V and between the pulses; with switching.command = EachCoil each valve is closed without current");
-        frequency: Fixed = Variable::parameter(1253, "switching.frequency", units::HERTZ, 100.0).range(0.1, 1e4)
-            .text("Frequency of the pulses; the voltage counts that holds at the beginning of a period. A coil of EachCoil is switched at any time");
-        opening_delay: Fixed = Variable::parameter(1254, "switching.openingDelay", units::SECOND, 1e-3).range(0.0, 1.0).shown_in("ms")
-            .text("Time from the beginning of a pulse, or from the switching on of a coil, until a valve begins to open; a pulse that is not longer does nothing");
-        closing_delay: Fixed = Variable::parameter(1255, "switching.closingDelay", units::SECOND, 1e-3).range(0.0, 1.0).shown_in("ms")
-            .text("Time from the end of a pulse, or from the switching off of a coil, until a valve begins to close; a pause that is not longer does nothing");
-        travel_time: Fixed = Variable::parameter(1256, "switching.travelTime", units::SECOND, 5e-4).range(0.0, 1.0).shown_in("ms")
+            .text("State of the valves at 5 V and between the pulses; with switching.command = EachCoil each valve is closed without current");
+        frequency: Fixed = Variable::parameter(1253, "switching.frequency", units::HERTZ, 100.0).range(0.1, 1e4).plausible(1.0, 5e3)
+            .text("Pulse frequency (PWM): the voltage at the beginning of a period sets its duty cycle. With switching.command = EachCoil coils are switched at any time");
+        opening_delay: Fixed = Variable::parameter(1254, "switching.openingDelay", units::SECOND, 1e-3).range(0.0, 1.0).plausible(1e-6, 0.3).shown_in("ms")
+            .text("Time from the beginning of a pulse, or from the switching on of a coil, until a valve begins to open; shorter pulses have no effect");
+        closing_delay: Fixed = Variable::parameter(1255, "switching.closingDelay", units::SECOND, 1e-3).range(0.0, 1.0).plausible(1e-6, 0.3).shown_in("ms")
+            .text("Time from the end of a pulse, or from the switching off of a coil, until a valve begins to close; shorter pauses have no effect");
+        travel_time: Fixed = Variable::parameter(1256, "switching.travelTime", units::SECOND, 5e-4).range(0.0, 1.0).plausible(1e-6, 0.3).shown_in("ms")
             .text("Time in which a valve opens or closes, at a constant rate");
         command: SwitchingCommand = Variable::choice(1257, "switching.command", SwitchingCommand::OneVoltage)
-            .text("What commands the coils");
+            .text("Command of the coils");
     }
 }
 
@@ -66,7 +66,7 @@ outputs! {
         rate_a = rate(0, "switching.openingA");
         rate_b = rate(1, "switching.openingB");
         duty = Variable::output(234, "switching.duty", units::ONE).local().nominal(1.0)
-            .depends_on(&[]).text("Duty cycle of the present pulse: the valve that feeds chamber A minus the valve that feeds chamber B; 0 on another rig");
+            .depends_on(&[]).text("Duty cycle of the present pulse: of the valve that feeds chamber A minus that of the valve that feeds chamber B; 0 with another actuator");
     }
 }
 
@@ -74,7 +74,7 @@ fn opening(valve: usize, name: &str, what: &str) -> Variable {
     let variable = Variable::output(OPENINGS[valve], name, units::ONE).local().nominal(1.0);
     variable
         .depends_on(&[OPENINGS[valve]])
-        .text(&format!("Opening of the switching valve that {what}; 0 on another rig"))
+        .text(&format!("Opening of the switching valve that {what}; 0 with another actuator"))
 }
 
 fn rate(valve: usize, name: &str) -> Variable {

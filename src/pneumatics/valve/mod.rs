@@ -164,7 +164,7 @@ outputs! {
     Outputs {
         spool = Variable::output(SPOOL, "valve.spool", units::ONE).nominal(1.0)
             .depends_on(&[SPOOL])
-            .text("Spool position as a fraction of its travel, positive feeds chamber A; 0 on the rig with a regulator");
+            .text("Spool position as a fraction of its travel; a positive one feeds chamber A; 0 with another actuator");
         spool_velocity = Variable::output(SPOOL_VELOCITY, "valve.spoolVelocity", units::PER_SECOND).local().nominal(100.0).derivative_of(SPOOL)
             .depends_on(&[SPOOL_VELOCITY])
             .text("Velocity of the spool");

@@ -3,7 +3,7 @@
 use super::edges::{Characteristic, Opening, Port};
 use crate::numbers::MonotoneCurve;
 use crate::parameters;
-use crate::variables::{Fixed, ParameterError, Tunable, Variable, units};
+use crate::variables::{Condition, Fixed, ParameterError, Tunable, Variable, counted_by, units};
 
 /// Points that a table of openings may have.
 const POINTS: usize = 11;
@@ -18,15 +18,15 @@ parameters! {
             .text("Sonic conductance of a fully open metering edge");
         critical_ratio: Tunable = Variable::parameter(1025, "valve.b", units::ONE, 0.3).range(0.0, 0.99)
             .text("Critical pressure ratio of the metering edges");
-        dead_zone: Tunable = Variable::parameter(1026, "valve.deadZone", units::ONE, 0.08).range(0.0, 0.9)
-            .text("Dead zone (overlap) of the metering edges as a fraction of the spool travel; not with a table");
-        leakage: Tunable = Variable::parameter(1027, "valve.leakage", units::ONE, 0.002).range(0.0, 1.0)
+        dead_zone: Tunable = Variable::parameter(1026, "valve.deadZone", units::ONE, 0.08).counts_where(Condition::is(CHARACTERISTIC, &[Characteristic::Linear])).range(0.0, 0.9).plausible(0.0, 0.5)
+            .text("Dead zone (overlap) of the metering edges as a fraction of the spool travel");
+        leakage: Tunable = Variable::parameter(1027, "valve.leakage", units::ONE, 0.002).range(0.0, 1.0).plausible(0.0, 0.15)
             .text("Opening of a closed metering edge as a fraction of the full opening");
-        bandwidth: Fixed = Variable::parameter(1028, "valve.bandwidth", units::HERTZ, 115.0).range(0.1, 1e4)
+        bandwidth: Fixed = Variable::parameter(1028, "valve.bandwidth", units::HERTZ, 115.0).range(0.1, 1e4).plausible(2.0, 5e3)
             .text("Natural frequency of the spool");
         damping: Fixed = Variable::parameter(1029, "valve.damping", units::ONE, std::f64::consts::FRAC_1_SQRT_2).range(0.01, 100.0)
             .text("Damping ratio of the spool");
-        hysteresis: Fixed = Variable::parameter(1030, "valve.hysteresis", units::ONE, 0.004).range(0.0, 1.0)
+        hysteresis: Fixed = Variable::parameter(1030, "valve.hysteresis", units::ONE, 0.004).range(0.0, 1.0).plausible(0.0, 0.15)
             .text("Half width of the play between command and spool set point; it closes towards full command");
         polarity: i32 = Variable::count(1031, "valve.polarity", 1).range(-1.0, 1.0)
             .text("1: more than 5 V feeds chamber A through the proportional valve; -1: chamber B. Other actuators have no polarity");
@@ -40,7 +40,7 @@ parameters! {
         ratio_supply_b: Fixed = ratio(1106, "PB", "from the supply to chamber B");
         ratio_exhaust_a: Fixed = ratio(1107, "AR", "from chamber A to the exhaust");
         ratio_exhaust_b: Fixed = ratio(1108, "BR", "from chamber B to the exhaust");
-        characteristic: Characteristic = Variable::choice(1109, "valve.characteristic", Characteristic::Linear)
+        characteristic: Characteristic = Variable::choice(1109, CHARACTERISTIC, Characteristic::Linear)
             .text("How the metering edges open with the spool");
         points_a: usize = points(1110, "A");
         spool_a: [Fixed; POINTS] = spool(1111, "A");
@@ -49,6 +49,13 @@ parameters! {
         spool_b: [Fixed; POINTS] = spool(1141, "B");
         opening_b: [Fixed; POINTS] = opening(1152, "B");
     }
+}
+
+const CHARACTERISTIC: &str = "valve.characteristic";
+
+/// A variable of the table of a chamber.
+fn of_table(variable: Variable) -> Variable {
+    variable.counts_where(Condition::is(CHARACTERISTIC, &[Characteristic::Table]))
 }
 
 fn factor(reference: u32, edge: &str, way: &str) -> Variable {
@@ -64,25 +71,27 @@ fn ratio(reference: u32, edge: &str, way: &str) -> Variable {
 }
 
 fn points(reference: u32, chamber: &str) -> Variable {
-    Variable::count(reference, &format!("valve.table{chamber}.points"), POINTS as i32)
+    of_table(Variable::count(reference, &format!("valve.table{chamber}.points"), POINTS as i32))
         .range(2.0, POINTS as f64)
         .text(&format!("Number of points of the table of openings for spool travel that feeds chamber {chamber}"))
 }
 
 fn spool(reference: u32, chamber: &str) -> [Variable; POINTS] {
-    Variable::parameter(reference, &format!("valve.table{chamber}.spool"), units::ONE, 0.0)
+    let points = of_table(Variable::parameter(reference, &format!("valve.table{chamber}.spool"), units::ONE, 0.0))
         .range(-1.0, 1.0)
         .text(&format!(
             "Spool travel that feeds chamber {chamber}, as a fraction of the whole, rising from point to point"
         ))
-        .array(TENTHS)
+        .array(TENTHS);
+    counted_by(&format!("valve.table{chamber}.points"), points)
 }
 
 fn opening(reference: u32, chamber: &str) -> [Variable; POINTS] {
-    Variable::parameter(reference, &format!("valve.table{chamber}.opening"), units::ONE, 0.0)
+    let points = of_table(Variable::parameter(reference, &format!("valve.table{chamber}.opening"), units::ONE, 0.0))
         .range(0.0, 1.0)
-        .text(&format!("Opening there, as a fraction of the full opening beyond the leakage, of the edges that feed chamber {chamber} and vent the other; it never falls"))
-        .array(TENTHS)
+        .text(&format!("Opening at this spool travel of the edges that feed chamber {chamber} and vent the other: 0 closed but for leakage, 1 fully open; must not decrease from point to point"))
+        .array(TENTHS);
+    counted_by(&format!("valve.table{chamber}.points"), points)
 }
 
 impl Parameters {

@@ -5,7 +5,7 @@ use crate::numbers::Varying;
 use crate::solver::error::{Rejection, StepError};
 use crate::solver::event::{Bracket, Hermite, root};
 use crate::solver::{array, numbers, values};
-use crate::system::{Counters, System};
+use crate::system::System;
 
 /// Switches at one instant before it counts as chattering.
 const MAX_SWITCHES: usize = 100;
@@ -164,6 +164,9 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
         let u = self.inputs_now();
         self.system.switch(event, self.now(), &mut self.x, &u, &mut self.memory);
         self.counters.events += 1;
+        if let Some(log) = &mut self.log {
+            log.push((self.time, event));
+        }
         (self.is_linearised, self.arrived_with) = (false, None);
         let outcome = self.settle();
         if S::VARIES {
@@ -177,7 +180,13 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
     pub(super) fn settle(&mut self) -> Result<(), StepError> {
         let (now, u) = (self.now(), self.inputs_now());
         let before = self.counters.events;
-        let indicators = settle(&self.system, now, &mut self.x, &u, &mut self.memory, &mut self.counters);
+        let (counters, log) = (&mut self.counters, &mut self.log);
+        let indicators = settle(&self.system, now, &mut self.x, &u, &mut self.memory, |event| {
+            counters.events += 1;
+            if let Some(log) = log {
+                log.push((self.time, event));
+            }
+        });
         if self.counters.events != before {
             (self.is_linearised, self.arrived_with) = (false, None);
         }
@@ -187,14 +196,14 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
     }
 }
 
-/// Switches until all indicators are valid, and returns them.
+/// Switches until all indicators are valid, and returns them; tells the events that happen.
 pub(super) fn settle<H: System<U>, S: Varying, const N: usize, const U: usize>(
     system: &H,
     now: S,
     x: &mut [S; N],
     u: &[S; U],
     memory: &mut H::Memory<S>,
-    counters: &mut Counters,
+    mut happened: impl FnMut(usize),
 ) -> Result<H::Indicators<S>, StepError> {
     let mut last = None;
     for _ in 0..MAX_SWITCHES {
@@ -203,7 +212,7 @@ pub(super) fn settle<H: System<U>, S: Varying, const N: usize, const U: usize>(
             return Ok(indicators);
         };
         system.switch(event, now, x, u, memory);
-        counters.events += 1;
+        happened(event);
         last = Some(event);
     }
     let event = last.map_or("", |event| system.event_name(event));

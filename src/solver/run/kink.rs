@@ -66,7 +66,7 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
         };
         let mut bracket = [0.0, 1.0];
         // As a rule it is where the motion turns: two looks show whether it is.
-        if let Some(turn) = Self::TURNING.and_then(|state| path.zero(state, 0.1 * RESOLUTION)) {
+        if let Some(turn) = self.system.turning(N).and_then(|state| path.zero(state, 0.1 * RESOLUTION)) {
             for near in [turn - 0.45 * RESOLUTION, turn + 0.45 * RESOLUTION] {
                 if bracket[0] < near && near < bracket[1] {
                     bracket = narrowed(bracket, near);

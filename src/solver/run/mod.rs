@@ -19,7 +19,7 @@ use super::settings::Settings;
 use super::trial::Linearisation;
 use super::{numbers, values};
 use crate::numbers::{DIRECTIONS, Real, STILL, Slopes, Varying};
-use crate::system::{Counters, Held, Hints, QUANTITIES, Sample, StateIndex, System};
+use crate::system::{Counters, Held, Hints, QUANTITIES, Sample, System};
 use crate::variables::StateSet;
 
 /// Progress of a run, apart from states and memory of its system.
@@ -61,6 +61,8 @@ pub struct Run<H: System<U>, const N: usize, const U: usize, S: Varying = Real> 
     /// Magnitudes of the states.
     scales: [f64; N],
     time: f64,
+    /// Time in s on the clock of the host at the start.
+    start: f64,
     x: [S; N],
     memory: H::Memory<S>,
     inputs: Held<U, S>,
@@ -105,6 +107,8 @@ pub struct Run<H: System<U>, const N: usize, const U: usize, S: Varying = Real> 
     pending: Option<usize>,
     /// The last event that has ended a step.
     last_event: Option<usize>,
+    /// Times in s and numbers of the events since they are logged.
+    log: Option<Vec<(f64, usize)>>,
     /// Steps tried since the start of the communication step.
     attempts: u64,
     /// The states that were held before the event of numbers with slopes.
@@ -119,14 +123,10 @@ pub struct Run<H: System<U>, const N: usize, const U: usize, S: Varying = Real> 
     crossings: Vec<Crossing>,
     /// Where these have lost their slopes.
     lost: [Option<Lost>; DIRECTIONS],
-}
-
-/// The index of a state that counts where a friction law has states: with more states than the others.
-const fn with_friction(place: Option<StateIndex>, n: usize, others: usize) -> Option<usize> {
-    match place {
-        Some(place) if n > others => Some(place.among(n)),
-        _ => None,
-    }
+    /// Whether slopes are lost without a word.
+    is_silent: bool,
+    /// Magnitudes of the indicators, of numbers with slopes.
+    nominals: Vec<f64>,
 }
 
 /// The largest step the adaptive scheme takes, in s.
@@ -134,9 +134,17 @@ const MAX_STEP: f64 = 0.1;
 const FIRST_STEP: f64 = 1e-5;
 
 impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
-    /// Indices of the states that [relax](System::RELAXING) and [turn](System::TURNING).
-    const RELAXING: Option<usize> = with_friction(H::RELAXING, N, H::State::OTHERS);
-    const TURNING: Option<usize> = with_friction(H::TURNING, N, H::State::OTHERS);
+    /// Index of the state that [relaxes](System::RELAXING), in runs with room for states of a friction law.
+    const RELAXING: Option<usize> = match H::RELAXING {
+        Some(place) if N > H::State::OTHERS => Some(place.among(N)),
+        _ => None,
+    };
+
+    /// Index of the state that relaxes, if the model has more states than its own. Places to spare make no difference.
+    #[inline(always)]
+    fn relaxing(&self) -> Option<usize> {
+        Self::RELAXING.filter(|_| self.system.states() > H::State::OTHERS)
+    }
 
     /// The same from states and memory of a run that begins. They take kilobytes, and so does the run: a frame on the stack of its
     /// own.
@@ -162,6 +170,7 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
             scales,
             balance,
             time,
+            start: 0.0,
             x,
             memory,
             inputs: Held::new(time, inputs, [0.0; U]),
@@ -186,6 +195,7 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
             pauses: false,
             pending: None,
             last_event: None,
+            log: None,
             attempts: 0,
             held: [false; N],
             jumped: false,
@@ -193,12 +203,23 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
             peaks: [STILL; N],
             crossings: Vec::new(),
             lost: [const { None }; DIRECTIONS],
+            is_silent: false,
+            nominals: if S::VARIES {
+                H::indicator_list().iter().map(|indicator| indicator.nominal).collect()
+            } else {
+                Vec::new()
+            },
         }
     }
 
     /// Current time in s.
     pub fn time(&self) -> f64 {
         self.time
+    }
+
+    /// Tells at which time in s on the clock of the host the run has started: its communication points are rounded there.
+    pub fn set_clock(&mut self, start: f64) {
+        self.start = start;
     }
 
     /// The system.
@@ -222,6 +243,16 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
     /// Work done so far.
     pub fn counters(&self) -> Counters {
         self.counters
+    }
+
+    /// Logs the events from here on, which takes memory for each.
+    pub fn log_events(&mut self) {
+        self.log = Some(Vec::new());
+    }
+
+    /// Times in s and numbers of the events that are logged.
+    pub fn logged_events(&self) -> &[(f64, usize)] {
+        self.log.as_deref().unwrap_or_default()
     }
 
     /// Progress of the run.
@@ -310,10 +341,10 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
     // A function of its own, which is compiled once for all that look.
     #[inline(never)]
     fn settled(&self) -> ([S; N], H::Memory<S>) {
-        let (mut x, mut memory, mut counters) = (self.x, self.memory.clone(), self.counters);
+        let (mut x, mut memory) = (self.x, self.memory.clone());
         let u = self.inputs.at(self.time);
         self.system.follow(S::of(self.time), &x, &u, &mut memory);
-        let _ = crossing::settle(&self.system, S::of(self.time), &mut x, &u, &mut memory, &mut counters);
+        let _ = crossing::settle(&self.system, S::of(self.time), &mut x, &u, &mut memory, |_| ());
         (x, memory)
     }
 
@@ -340,7 +371,7 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
                 return Err(self.too_many_steps(limit, events));
             }
             self.attempts += 1;
-            let sample = self.system.next_sample::<S>(&self.memory);
+            let sample = self.system.next_sample::<S>(&self.memory).rounded(self.time, self.start);
             let time = sample.time.value();
             if time <= self.time || (self.time == start && sample.is_due_at(start)) {
                 self.sample(time.max(self.time))?;

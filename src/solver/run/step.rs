@@ -179,9 +179,10 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
         let Trial { end, error } = match self.settings.scheme {
             Scheme::Adaptive if self.is_explicit => {
                 let u = inputs.at(time);
-                let relaxing = Self::RELAXING
-                    .and_then(|_| Relaxing::new(system.relaxation(S::of(time), x, &here.derivatives, &u, memory), h));
-                let relaxing = Self::RELAXING.zip(relaxing.as_ref());
+                let place = self.relaxing();
+                let rate = || system.relaxation(S::of(time), x, &here.derivatives, &u, memory);
+                let relaxing = place.and_then(|_| Relaxing::new(rate(), h));
+                let relaxing = place.zip(relaxing.as_ref());
                 let (first, is_midpoint) = (&here.derivatives, self.is_midpoint);
                 let stages = Stages { system, time, x, inputs, memory, first, h, closed_form: None, relaxing };
                 let Explicit { trial, slope, defect } = if H::CLOSED_FORM > 0 && !inputs.vary() {
@@ -191,7 +192,7 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
                 } else {
                     stages.taken(is_midpoint)
                 };
-                (self.end_slope, self.defect) = (slope, defect);
+                (self.end_slope, self.defect) = (slope, self.of_motion(defect));
                 trial
             }
             Scheme::Adaptive => {
@@ -214,8 +215,17 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
             return Err(Nonsense::Unbounded(is_bounded.iter().position(|state| !state).unwrap_or_default()));
         }
         self.system.admit(&there).map_err(Nonsense::Meaningless)?;
-        self.error = error;
+        self.error = self.of_motion(error);
         Ok(end)
+    }
+
+    /// Errors of the states that act on others: one that counts alone must not change the steps.
+    #[inline(always)]
+    fn of_motion(&self, mut errors: [S; N]) -> [S; N] {
+        if let Some(counting) = self.system.counting(N) {
+            errors[counting] = S::zero();
+        }
+        errors
     }
 
     /// The largest error of a state at the end of a step relative to the tolerance.

@@ -21,7 +21,7 @@ use crate::solver::relaxing::Relaxing;
 use crate::solver::runge_kutta::{Explicit, Stages};
 use crate::solver::trial::{Linearisation, Trial};
 use crate::solver::{array, numbers, rosenbrock, values};
-use crate::system::{Indicator, System};
+use crate::system::System;
 
 /// Rate in 1/s of an indicator, relative to its nominal value, below which the motion grazes its limit.
 const GRAZING: f64 = 1e-7;
@@ -32,6 +32,9 @@ const AT_LIMIT: f64 = 1e-10;
 /// grows as its power 0.6, where the way is the only one, 16.
 const NEARER: [f64; 3] = [1e-7, 1e-10, 1e-13];
 const STEEPER: f64 = 24.0;
+/// The same where a motion passes that state: the way is the only one, but slopes behind a rate that grows as a power below 0.8 of the
+/// distance would be inaccurate (by 20 % at 0.7).
+const STEEPER_IN_PASSING: f64 = 3.5;
 /// The smallest tolerance of slopes.
 const SHARPEST: f64 = 1e-10;
 /// The same of implicit steps, whose second derivatives come from differences.
@@ -82,8 +85,20 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
         self.lost[direction].as_ref()
     }
 
+    /// Loses slopes without a word from here on: steps do not allocate.
+    pub fn be_silent(&mut self) {
+        self.is_silent = true;
+        self.crossings = Vec::with_capacity(1);
+    }
+
+    /// Whether slopes are lost without a word.
+    pub fn is_silent(&self) -> bool {
+        self.is_silent
+    }
+
     /// Notes that slopes in some of the directions are lost, of those that have not been lost before.
     fn lose(&mut self, event: usize, reason: &str, is_lost: impl Fn(usize) -> bool) {
+        let reason = if self.is_silent { "" } else { reason };
         for (direction, lost) in self.lost.iter_mut().enumerate() {
             if lost.is_none() && is_lost(direction) {
                 *lost = Some(Lost { time: self.time, event, reason: reason.to_owned() });
@@ -129,24 +144,35 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
             [indicator(S::with(time, first(1.0)), &flow, &flowing), indicator(S::of(time), &still, &standing)];
         let fall = flowing[0] - standing[0];
         let changes = indicator(S::of(time), &self.x, &u);
-        let nominal = nominal::<H, U>;
+        let nominal = |event: usize| self.nominals.get(event).copied().unwrap_or(1.0);
         let indicators = self.system.indicators(S::of(time), &self.x, &u, &self.memory);
-        let is_at_limit =
-            |other: &usize| *other != event && indicators.as_ref()[*other].value() <= AT_LIMIT * nominal(*other);
+        let is_at_limit = |other: &usize| {
+            let is_near = indicators.as_ref()[*other].value() <= AT_LIMIT * nominal(*other);
+            is_near && *other != event && !self.system.is_kink(*other)
+        };
         let coincident = (0..indicators.as_ref().len()).find(is_at_limit);
         self.held = array(|i| rates[i].value() == 0.0);
         let grazes = fall.is_nan() || fall > -GRAZING * nominal(event);
-        let is_lost = changes.map(|change| (grazes || coincident.is_some()) && (change != 0.0 || fall.is_nan()));
+        // At a kink states and rates are the same whenever it is passed.
+        let has_no_time = grazes && self.system.is_kink(event);
+        let is_unclear = (grazes && !has_no_time) || coincident.is_some();
+        let is_lost = changes.map(|change| is_unclear && (change != 0.0 || fall.is_nan()));
         if is_lost.contains(&true) {
             let reason = match coincident {
+                _ if self.is_silent => String::new(),
                 Some(other) if !grazes => format!("{} happens at the same instant", self.system.event_name(other)),
                 _ => format!("the motion only grazes its limit, at {fall:e} of its unit per second"),
             };
             self.lose(event, &reason, |direction| is_lost[direction]);
         }
-        let delay = |direction: usize| if is_lost[direction] { f64::NAN } else { -changes[direction] / fall };
+        let delay =
+            |direction: usize| if has_no_time || is_lost[direction] { f64::NAN } else { -changes[direction] / fall };
         let delays: Slopes = std::array::from_fn(delay);
-        let rate = if is_lost.contains(&true) { f64::NAN } else { fall };
+        let rate = if has_no_time || is_lost.contains(&true) { f64::NAN } else { fall };
+        if self.is_silent {
+            // The last one alone is asked for.
+            self.crossings.clear();
+        }
         self.crossings.push(Crossing { time, event, rate, delays });
         self.postpone(delays.map(|delay| if delay.is_nan() { 0.0 } else { delay }));
     }
@@ -156,34 +182,44 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
         let indicators = self.indicators();
         for (event, it) in indicators.as_ref().iter().enumerate() {
             let slopes = it.slopes();
-            if it.value() == 0.0 && slopes != STILL {
+            if it.value() == 0.0 && slopes != STILL && !self.system.is_kink(event) {
                 self.lose(event, "an input brings it exactly to its limit", |direction| slopes[direction] != 0.0);
             }
         }
     }
 
-    /// Finds a state that was held before an event and by which the rates have an infinite slope behind it: these grow and grow,
-    /// the nearer one comes, and the equations do not tell how the motion leaves it.
+    /// Finds a state that was held before an event, or that passes 0 there, and by which the rates have an infinite slope behind it:
+    /// these grow and grow, the nearer one comes. The equations do not tell how the motion leaves a state that was held.
     #[cold]
     pub(super) fn look_for_infinite_slopes(&mut self, event: usize) {
         let u = self.inputs.at(self.time).map(|it| S::of(it.value()));
         let slopes_by = |state: usize, share: f64| -> [S; N] {
             let mut x: [S; N] = array(|i| S::of(self.x[i].value()));
-            x[state] = S::with(x[state].value() + share * self.scales[state], first(1.0));
+            let place = if self.held[state] { x[state].value() } else { 0.0 };
+            x[state] = S::with(place + share * self.scales[state], first(1.0));
             self.system.derivatives(S::of(self.time), &x, &u, &self.memory)
         };
         let still = |rates: [S; N], base: &[S; N]| -> [f64; N] {
             array(|i| (rates[i].slopes()[0] - base[i].slopes()[0]).abs())
         };
-        let is_steep = |state: usize| {
+        let is_steep = |state: usize, steeper: f64| {
             // Parameters and the memory vary, too.
             let x: [S; N] = array(|i| S::of(self.x[i].value()));
             let base = self.system.derivatives(S::of(self.time), &x, &u, &self.memory);
             let columns = NEARER.map(|share| still(slopes_by(state, share), &base));
-            (0..N).any(|row| columns.windows(2).all(|two| two[1][row] > STEEPER * two[0][row]))
+            (0..N).any(|row| columns.windows(2).all(|two| two[1][row] > steeper * two[0][row]))
         };
-        if self.lost.contains(&None) && (0..N).any(|state| self.held[state] && is_steep(state)) {
-            self.lose(event, "behind it rates have an infinite slope by a state that was held", |_| true);
+        let passes = |state: usize| self.x[state].value().abs() <= NEARER[0] * self.scales[state];
+        let any_is = |is_asked: &dyn Fn(usize) -> bool, steeper: f64| {
+            (0..N).any(|state| is_asked(state) && is_steep(state, steeper))
+        };
+        if self.lost.contains(&None) {
+            if any_is(&|state| self.held[state], STEEPER) {
+                self.lose(event, "behind it rates have an infinite slope by a state that was held", |_| true);
+            } else if any_is(&|state| !self.held[state] && passes(state), STEEPER_IN_PASSING) {
+                let reason = "rates are so steep by a state that passes 0 there that slopes behind it are inaccurate";
+                self.lose(event, reason, |_| true);
+            }
         }
         self.held = [false; N];
     }
@@ -362,10 +398,10 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
             return Some(Piece { end, error, rates: None });
         }
         let rate = || system.relaxation(S::of(time), x, &first, &u, memory);
-        let relaxing = Self::RELAXING.and_then(|_| Relaxing::new(rate(), size));
+        let relaxing = self.relaxing().and_then(|_| Relaxing::new(rate(), size));
         let closed_form =
             (H::CLOSED_FORM > 0 && !inputs.vary()).then(|| system.closed_form(x, &u, memory, &system.stride(size)));
-        let (closed_form, relaxing) = (closed_form.as_ref(), Self::RELAXING.zip(relaxing.as_ref()));
+        let (closed_form, relaxing) = (closed_form.as_ref(), self.relaxing().zip(relaxing.as_ref()));
         let stages = Stages { system, time, x, inputs, memory, first: &first, h: size, closed_form, relaxing };
         let Explicit { trial: Trial { end, error }, slope, .. } = stages.classical();
         Some(Piece { end, error, rates: Some(slope) })
@@ -382,9 +418,4 @@ struct Piece<const N: usize, S> {
 /// Slopes of a number that moves at a rate until instants that come later by delays.
 fn moved(slopes: Slopes, rate: f64, delays: &Slopes) -> Slopes {
     std::array::from_fn(|direction| slopes[direction] + rate * delays[direction])
-}
-
-/// The magnitude of an indicator.
-fn nominal<H: System<U>, const U: usize>(event: usize) -> f64 {
-    H::indicator_list().get(event).map_or(1.0, |indicator: &Indicator| indicator.nominal)
 }

@@ -1,5 +1,7 @@
 //! FMI 2.0: import, and instances for both kinds.
 
+use std::path::Path;
+
 use anyhow::{Context, Result};
 use fmi::fmi2::Fmi2Res;
 use fmi::fmi2::import::Fmi2Import;
@@ -14,8 +16,15 @@ use crate::integrator::Exchange;
 /// # Errors
 /// When it is not there or cannot be read.
 pub fn open(model: &str) -> Result<Fmi2Import> {
-    let file = crate::fmus().join(format!("{model}.fmu"));
-    fmi::import::from_path(&file)
+    open_file(&crate::fmus().join(format!("{model}.fmu")))
+}
+
+/// Opens an FMU.
+///
+/// # Errors
+/// As above.
+pub fn open_file(file: &Path) -> Result<Fmi2Import> {
+    fmi::import::from_path(file)
         .with_context(|| format!("cannot import {}: run `cargo xtask package` first", file.display()))
 }
 

@@ -1,6 +1,7 @@
 //! FMI 3.0: import, and instances for both kinds.
 
 use std::fs::File;
+use std::path::Path;
 
 use anyhow::{Context, Result, ensure};
 use fmi::fmi3::import::Fmi3Import;
@@ -17,9 +18,16 @@ use crate::integrator::Exchange;
 /// # Errors
 /// When it is not there or cannot be read.
 pub fn open(model: &str) -> Result<Fmi3Import> {
-    let file = crate::fmus().join("fmi3").join(format!("{model}.fmu"));
-    let file = File::open(&file)
-        .with_context(|| format!("cannot open {}: run `cargo xtask package` first", file.display()))?;
+    open_file(&crate::fmus().join("fmi3").join(format!("{model}.fmu")))
+}
+
+/// Opens an FMU.
+///
+/// # Errors
+/// As above.
+pub fn open_file(file: &Path) -> Result<Fmi3Import> {
+    let file =
+        File::open(file).with_context(|| format!("cannot open {}: run `cargo xtask package` first", file.display()))?;
     let folder = tempfile::tempdir()?;
     ZipArchive::new(file)?.extract(&folder)?;
     let description = std::fs::read_to_string(folder.path().join("modelDescription.xml"))?;

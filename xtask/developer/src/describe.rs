@@ -10,15 +10,16 @@ use pneumatic_servo_packaging::description::{self, Stamp, Version};
 use pneumatic_servo_packaging::workspace::Workspace;
 use pneumatic_servo_packaging::{experiment, files};
 
-use crate::tables;
+use crate::{badges, tables};
 
 /// The help of the command.
 pub const HELP: &str = "\
-Rewrite what the variable tables say: XML and experiments below modelDescription, tables of README and docs.
+Rewrite what the variable tables and manifests say: XML and experiments below modelDescription, tables of README and docs,
+badges of README.
 
 Usage: cargo xtask describe";
 
-/// Writes `modelDescription/<Model>.xml` and `fmi3/<Model>.xml` for every model, `experiments.json`, and the tables of README and docs.
+/// Writes `modelDescription/<Model>.xml` for every model, `experiments.json`, the tables of README and docs, and the badges.
 ///
 /// # Errors
 /// When a file cannot be written.
@@ -32,6 +33,9 @@ pub fn run(workspace: &Workspace) -> Result<()> {
         let text = files::text(&file)?;
         write(&file, &tables::renewed(page, &text)?)?;
     }
+    for (file, picture) in badges::badges()? {
+        write(&workspace.root.join(badges::FOLDER).join(file), &picture)?;
+    }
     Ok(())
 }
 
@@ -41,17 +45,16 @@ fn write(file: &Path, text: &str) -> Result<()> {
     Ok(())
 }
 
-/// The descriptions by their files, without parts that change from build to build.
+/// The descriptions for FMI 2.0 by their files, without parts that change from build to build. They show the interface; descriptions
+/// for FMI 3.0 have the same tables, and are made when an FMU is packed.
 fn committed() -> Result<BTreeMap<PathBuf, String>> {
     let [guid, date, version, licence] =
         ["@guid@", "@generationDateAndTime@", env!("CARGO_PKG_VERSION"), env!("CARGO_PKG_LICENSE")].map(str::to_owned);
     let stamp = Stamp { guid, date, version, licence, sources: Vec::new() };
-    let all = Version::ALL.into_iter().flat_map(|version| models::ALL.iter().map(move |model| (version, model)));
-    let file = |(version, model): (Version, &Model)| {
-        let file = Path::new(version.folder()).join(format!("{}.xml", model.name));
-        Ok((file, description::xml(model, version, &stamp)?))
+    let file = |model: &Model| {
+        Ok((PathBuf::from(format!("{}.xml", model.name)), description::xml(model, Version::Fmi2, &stamp)?))
     };
-    all.map(file).collect()
+    models::ALL.iter().map(file).collect()
 }
 
 #[cfg(test)]
@@ -85,7 +88,7 @@ mod tests {
         let workspace =
             Workspace { root: root.clone(), home, target, environments, product: parts, settings: Vec::new() };
         run(&workspace)?;
-        for name in ["PneumaticServoCylinder.xml", "fmi3/FrictionBench.xml", "experiments.json"] {
+        for name in ["PneumaticServoCylinder.xml", "FrictionBench.xml", "experiments.json"] {
             let written = files::text(root.join("modelDescription").join(name))?;
             assert!(written == files::text(repository.join("modelDescription").join(name))?, "{name}");
         }
@@ -100,7 +103,6 @@ mod tests {
 
     #[test]
     fn committed_descriptions_are_up_to_date() -> Result<()> {
-        assert_eq!(committed()?.len(), 2 * models::ALL.len(), "for two versions");
         committed()?.iter().try_for_each(|(file, text)| assert_committed(file, text))
     }
 

@@ -35,8 +35,8 @@ Usage: cargo xtask fuzz [TARGETS] [--minutes NUMBER] [--keep]
   --minutes NUMBER    for how long each; otherwise 10
   --keep              fuzz nothing: keep inputs in the sources
 
-Calls are compared with a reference, like the random calls of the tests. Found inputs go to fuzz/corpus, failing ones to
-fuzz/artifacts; `--keep` copies a choice of the corpus into the sources, where the tests run them.
+Calls are compared with a reference, like the random calls of the tests. Found inputs go to tests/fuzz/corpus, failing ones to
+tests/fuzz/artifacts; `--keep` copies a choice of the corpus into the sources, where the tests run them.
 
 Examples:
   cargo xtask fuzz                                      ten minutes each
@@ -78,7 +78,7 @@ impl Fuzz {
     /// # Errors
     /// When a target is unknown, a tool is missing, or an input fails.
     pub fn run(&self, workspace: &Workspace) -> Result<()> {
-        let folder = workspace.root.join("fuzz");
+        let folder = workspace.root.join("tests/fuzz");
         let known = targets(&folder)?;
         let chosen = if self.targets.is_empty() { &known } else { &self.targets };
         for target in chosen {

@@ -1,5 +1,6 @@
 //! The commands of `cargo xtask` for developers only; packing FMUs is in `packaging`, and compiled without them.
 
+mod badges;
 mod deny;
 mod describe;
 mod fuzz;

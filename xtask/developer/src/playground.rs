@@ -71,6 +71,7 @@ pub fn check(workspace: &Workspace, venv: &Venv, page: &Path) -> Result<()> {
     let mut test = npm();
     test.args(["test", "--silent"]).current_dir(&tests);
     test.env("PLAYGROUND", page).env("REPLAY", workspace.target.join("quick/examples/replay"));
+    test.env("FMU_FOLDER", workspace.fmus());
     process::run(test.env("PYTHON", venv.program("python")))
 }
 
@@ -98,7 +99,7 @@ fn build(workspace: &Workspace) -> Result<PathBuf> {
 }
 
 fn sources(workspace: &Workspace) -> PathBuf {
-    workspace.root.join("playground")
+    workspace.root.join("web/playground")
 }
 
 /// The package manager that JavaScript comes with.

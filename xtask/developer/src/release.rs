@@ -61,11 +61,10 @@ fn run(workspace: &Workspace, binaries: &[Binary]) -> Result<()> {
     Package::for_everybody(binaries).run(workspace)?;
     heading("Collect the files");
     let mut contents = Vec::new();
-    for file in package::fmus(workspace).chain([workspace.fmus().join(format!("{}.ssp", ssp::NAME))]) {
-        contents.push((name(&file)?, files::read(&file)?));
-    }
-    for file in package::fmus_of(workspace, Version::Fmi3) {
-        contents.push((format!("FMI3-{}", name(&file)?), files::read(&file)?));
+    for (version, prefix) in [(Version::Fmi2, ""), (Version::Fmi3, "FMI3-")] {
+        for file in package::fmus_of(workspace, version).chain([ssp::file(&workspace.fmus(), version)]) {
+            contents.push((format!("{prefix}{}", name(&file)?), files::read(&file)?));
+        }
     }
     contents.push(("playground.html".to_owned(), files::read(&page)?));
     contents.push(("README.txt".to_owned(), readme(&revision(&workspace.root)).into_bytes()));
@@ -118,7 +117,8 @@ fn readme(revision: &str) -> String {
     format!(
         "Pneumatic servo cylinder {version}\n\n\
          Functional mock-up units for {platforms}: FMI 2.0, and FMI 3.0 where the name begins\n\
-         with FMI3; both for co-simulation and model exchange. A drive of cylinder and controller (SSP 1.0) is there too.\n\
+         with FMI3; both for co-simulation and model exchange. A drive of cylinder and controller is there, too,\n\
+         as SSP 1.0, and as SSP 2.0 of the FMUs for FMI 3.0.\n\
          Each holds its sources in C, too, for PLCs, real-time computers and microcontrollers.\n\
          Import an .fmu into your tool, or run it from Python:\n\n    \
          pip install fmpy\n    \

@@ -54,7 +54,7 @@ fn run(workspace: &Workspace, keeps_gallery: bool) -> Result<()> {
     if !keeps_gallery {
         heading("Site: draw the gallery");
         let mut study = venv.command();
-        study.arg(workspace.root.join("studies/gallery.py")).arg("--output").arg(gallery(workspace));
+        study.arg(workspace.root.join("docs/studies/gallery.py")).arg("--output").arg(gallery(workspace));
         process::run(&mut study)?;
     }
     println!("{}", build(workspace, &venv, &page, Some(&gallery(workspace)))?.display());
@@ -102,7 +102,7 @@ fn build(workspace: &Workspace, venv: &Venv, page: &Path, gallery: Option<&Path>
     if site.exists() {
         fs::remove_dir_all(&site).with_context(|| format!("cannot remove the old {}", site.display()))?;
     }
-    let own = workspace.root.join("site");
+    let own = workspace.root.join("web/site");
     playground::install(&own)?;
     let mut gather = venv.command();
     gather.arg(own.join("gather.py")).arg("--fmus").arg(workspace.fmus());

@@ -86,7 +86,7 @@ const CASES: [&str; 9] = [
 ];
 /// A twentieth more than recorded fails; the C library's copies take a few instructions more or less on other machines.
 const ALLOWANCE: f64 = 1.05;
-const RECORD: &str = "benches/instructions.json";
+const RECORD: &str = "tests/benches/instructions.json";
 
 /// Counts, and compares with the record.
 ///

@@ -31,10 +31,10 @@ laws! {
 }
 
 /// The cylinder with all these laws.
-pub static CYLINDER: Model = pneumatic_servo_cylinder::model::<catalogue::Friction, Actuator>();
+pub const CYLINDER: Model = pneumatic_servo_cylinder::model::<catalogue::Friction, Actuator>();
 
 /// The friction bench with all these laws.
-pub static BENCH: Model = friction_bench::model::<catalogue::Friction>();
+pub const BENCH: Model = friction_bench::model::<catalogue::Friction>();
 
 #[cfg(feature = "python")]
 pneumatic_servo_python::python_module!(own_law, &[&CYLINDER, &BENCH]);

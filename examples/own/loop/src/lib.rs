@@ -39,7 +39,7 @@ actuators! {
 pub type Cylinder = PneumaticServoCylinder<law::Friction, actuator::Actuator>;
 
 /// Its variables.
-pub static CYLINDER: Model = pneumatic_servo_cylinder::model::<law::Friction, actuator::Actuator>();
+pub const CYLINDER: Model = pneumatic_servo_cylinder::model::<law::Friction, actuator::Actuator>();
 
 /// States of the friction law: bristles, or elements.
 const OF_FRICTION: usize = if cfg!(feature = "stribeck") {

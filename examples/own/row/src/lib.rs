@@ -16,7 +16,6 @@
 
 use pneumatic_servo::friction::Event as ContactEvent;
 use pneumatic_servo::prelude::*;
-use pneumatic_servo::system::{Indicator, Limits};
 
 laws! {
     /// The laws that a block may have. A list of few is compiled sooner than all of the library.
@@ -116,6 +115,11 @@ impl Row {
     }
 }
 
+holds! {
+    [] Row, 1; contacts: [FrictionContact<Friction>; BLOCKS], "block[].friction", |memory| *memory,
+    |row, time, x, _u, _memory| std::array::from_fn(|block| Some(row.contact(time, x, block)))
+}
+
 impl System<1> for Row {
     type Parameters = Parameters;
     type State = State;
@@ -138,12 +142,24 @@ impl System<1> for Row {
             let reason = format!("the friction law may have {ROOM}");
             return Err(ParameterError::new("states", law.states() as f64, &reason));
         }
-        let held = |block| FrictionContact::new(law.clone(), Drive::Force, block * ROOM, contact(block));
+        let held = |block: usize| {
+            FrictionContact::new(
+                law.clone(),
+                Drive::Force,
+                block * ROOM,
+                State::Velocity[block].index(),
+                contact(block),
+            )
+        };
         Ok(Self { p, contacts: std::array::from_fn(held) })
     }
 
     fn parameters(&self) -> &Parameters {
         &self.p
+    }
+
+    fn parts() -> impl Holds<Self, 1> {
+        Holder
     }
 
     fn states(&self) -> usize {
@@ -175,84 +191,6 @@ impl System<1> for Row {
             State::Velocity[block].set(&mut rates, (contact.applied - force) / self.p.mass);
         }
         rates
-    }
-
-    fn indicator_list() -> Vec<Indicator> {
-        (1..=BLOCKS).flat_map(|block| ContactEvent::indicators(&format!("block[{block}].friction"))).collect()
-    }
-
-    fn event_name(&self, event: usize) -> &'static str {
-        ContactEvent::ALL[event % ContactEvent::COUNT].name()
-    }
-
-    fn indicators<S: Varying, const N: usize>(
-        &self,
-        time: S,
-        x: &[S; N],
-        _u: &[S; 1],
-        memory: &Memories<S>,
-    ) -> Self::Indicators<S> {
-        let mut indicators = [S::constant(UNUSED); BLOCKS * ContactEvent::COUNT];
-        for (block, own) in indicators.chunks_mut(ContactEvent::COUNT).enumerate() {
-            let contact = self.contact(time, x, block);
-            own.copy_from_slice(self.contacts[block].indicators(&contact, x, &memory[block]).as_ref());
-        }
-        indicators
-    }
-
-    fn switch<S: Varying, const N: usize>(
-        &self,
-        event: usize,
-        time: S,
-        x: &mut [S; N],
-        _u: &[S; 1],
-        memory: &mut Memories<S>,
-    ) {
-        let (block, event) = (event / ContactEvent::COUNT, ContactEvent::ALL[event % ContactEvent::COUNT]);
-        let contact = self.contact(time, x, block);
-        self.contacts[block].switch(event, &contact, State::Velocity[block].at(N), x, &mut memory[block]);
-    }
-
-    fn follow<S: Varying, const N: usize>(&self, time: S, x: &[S; N], _u: &[S; 1], memory: &mut Memories<S>) -> bool {
-        let mut has_changed = false;
-        for (block, memory) in memory.iter_mut().enumerate() {
-            has_changed |= self.contacts[block].follow(|| self.contact(time, x, block), x, memory);
-        }
-        has_changed
-    }
-
-    fn max_step(&self) -> f64 {
-        self.contacts[0].max_step()
-    }
-
-    fn depends_on_time(&self) -> bool {
-        self.contacts[0].depends_on_time()
-    }
-
-    fn scales<const N: usize>(&self) -> [f64; N] {
-        let mut scales = [1.0; N];
-        self.contacts.iter().for_each(|contact| contact.write_scales(1.0, &mut scales));
-        State::ALL.iter().for_each(|state| scales[state.at(N)] = state.scale(&self.p));
-        scales
-    }
-
-    fn limits<const N: usize>(&self) -> [Limits; N] {
-        let mut limits = self.scales().map(Limits::of_magnitude);
-        self.contacts.iter().for_each(|contact| contact.write_limits(&mut limits));
-        limits
-    }
-
-    fn state_at(&self, reference: u32, n: usize) -> Option<usize> {
-        let own = State::of(reference).map(|state| state.at(n));
-        own.or_else(|| self.contacts.iter().find_map(|contact| contact.state_at(reference)))
-    }
-
-    fn variant(&self) -> &'static str {
-        self.contacts[0].law().title()
-    }
-
-    fn fits<S: Varying>(&self, memory: &Memories<S>) -> bool {
-        self.contacts.iter().zip(memory).all(|(contact, memory)| contact.fits::<S>(memory))
     }
 
     fn outputs<S: Scalar, const N: usize>(

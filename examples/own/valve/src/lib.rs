@@ -16,4 +16,4 @@ actuators! {
 }
 
 /// The cylinder with all these actuators.
-pub static CYLINDER: Model = pneumatic_servo_cylinder::model::<Friction, catalogue::Actuator>();
+pub const CYLINDER: Model = pneumatic_servo_cylinder::model::<Friction, catalogue::Actuator>();

@@ -52,9 +52,9 @@ const CO_SIMULATION: &[Attribute] = &[
     ("hasEventMode", "true"),
 ];
 
+/// Without a description, which is optional: FMPy 0.3.19 and 0.3.20 cannot read it here, and other tools depend on these releases.
 fn write_type(xml: &mut Xml, enumeration: &Enumeration) -> io::Result<()> {
     Element::new("EnumerationType")
         .with("name", enumeration.name)
-        .with("description", enumeration.description)
         .contain(xml, |xml| enumerations::items(xml, enumeration))
 }

@@ -1,0 +1,25 @@
+//! Units in which people write values.
+
+use pneumatic_servo_fit::units;
+use pyo3::prelude::*;
+
+use crate::failure::refused;
+
+/// Factor and offset from a written unit to an SI unit, of a quantity that may count above ambient pressure.
+#[pyfunction]
+pub fn unit_scale(text: &str, si: &str, is_above_ambient: bool) -> PyResult<(f64, f64)> {
+    units::to_si(text, si, is_above_ambient).map_err(refused)
+}
+
+/// Names of the units of an SI unit.
+#[pyfunction]
+pub fn units_of(si: &str) -> Vec<&'static str> {
+    units::units_of(si).map(|unit| unit.name).collect()
+}
+
+/// Whether a text is a known unit, and the nearest known unit, of an SI unit or of any, of one that is none.
+#[pyfunction]
+#[pyo3(signature = (text, si = None))]
+pub fn unit_like(text: &str, si: Option<&str>) -> (bool, Option<&'static str>) {
+    (units::written_unit(text).is_some(), units::nearest_unit(text, si))
+}

@@ -1,0 +1,124 @@
+"""Units as laboratories write them: none is read as another one without a word."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pneumatic_servo as ps
+import pytest
+from pneumatic_servo.chosen_columns import columns_of
+from pneumatic_servo.columns import names_and_units
+from pneumatic_servo.delimited import read_text
+from pneumatic_servo.errors import PlantWarning
+from pneumatic_servo.identification.signals import SIGNALS
+from pneumatic_servo.identification.table import measured
+
+TIME = np.arange(0.0, 1.0, 0.01)
+ATMOSPHERE = 101325.0
+
+
+def of(header: str, values: Any, columns: str | None = None) -> Any:
+    given = None if columns is None else columns_of(columns, SIGNALS)
+    return measured(1, {"time": TIME, header: values}, given).signals
+
+
+@pytest.mark.parametrize("unit", ["barg", "bar(g)", "bar (g)", "kPag", "psig", "psi(g)"])
+def test_gauge_unit_of_a_pressure_above_ambient_has_no_offset(unit: str) -> None:
+    """`pressure` of a bench counts above ambient, the pressure of a chamber from vacuum."""
+    one = {"b": 1e5, "k": 1e3, "p": 6894.757293168361}[unit[0]]
+    bench = of(f"pressure [{unit}]", np.full(len(TIME), 3.0))["pressure"]
+    chamber = of(f"chamberA.pressure [{unit}]", np.full(len(TIME), 3.0))["chamberA.pressure"]
+    assert bench == pytest.approx(3.0 * one, rel=1e-14)
+    assert chamber == pytest.approx(3.0 * one + ATMOSPHERE, rel=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("header", "factor"),
+    [
+        ("force [daN]", 10.0), ("force [kp]", 9.80665), ("force (kgf)", 9.80665), ("velocity [cm/s]", 1e-2),
+        ("velocity [km/h]", 1 / 3.6), ("velocity / m/min", 1 / 60), ("position [inch]", 0.0254),
+        ("force [KN]", None), ("force [lbs]", None), ("force (lbs)", None),
+        ("chamberA.pressure [Bar]", None), ("chamberA.pressure (Bar)", None), ("position [foo]", None),
+    ],
+)  # fmt: skip
+def test_unit_is_converted_or_refused_by_name(header: str, factor: float | None) -> None:
+    signal, unit = re.split(r" [\[(/] ?", header.rstrip("])"))
+    if factor is not None:
+        assert of(header, np.ones(len(TIME)))[signal] == pytest.approx(factor, rel=1e-14)
+        return
+    for columns in (None, f"time=time,{signal}={header}"):
+        with pytest.raises(ValueError, match=re.escape(f"the unit {unit} is refused")) as refused:
+            of(header, np.ones(len(TIME)), columns)
+    near = {"KN": "kN", "lbs": "lbf", "Bar": "bar"}.get(unit)
+    assert near is None or f"did you mean {near}?" in str(refused.value)
+
+
+def test_unit_of_columns_counts_and_is_told() -> None:
+    """Gauge readings in a column that says bar: the user says barg."""
+    with pytest.warns(PlantWarning, match="the table says bar, .*barg, which counts"):
+        found = of("p_A [bar]", np.full(len(TIME), 3.0), "time=time,chamberA.pressure=p_A[barg]")
+    assert found["chamberA.pressure"] == pytest.approx(3e5 + ATMOSPHERE)
+    with pytest.warns(PlantWarning, match="which counts"):
+        found = of("F [KN]", np.ones(len(TIME)), "time=time,force=F[kN]")
+    assert found["force"] == pytest.approx(1e3)
+
+
+def test_names_keep_what_is_no_unit() -> None:
+    """A word, an element, a chamber, a ratio and a number are none."""
+    header = ["Position (left)", "friction.gms.alpha[1]", "F/x", "reading (2)", "x_KN"]
+    assert names_and_units(header) == (header, [None] * len(header))
+
+
+class Quantity:
+    """Stands for quantities of packages: `unit` names the attribute of the unit, `value` that of the numbers."""
+
+    def __init__(self, numbers: Any, factor: float, unit: str, value: str) -> None:
+        self._numbers, self._factor = np.asarray(numbers), factor
+        setattr(self, unit, "mm/s")
+        setattr(self, value, self._numbers)
+        self._names = unit, value
+
+    def __array__(self, dtype: Any = None, copy: Any = None) -> Any:
+        return np.asarray(self._numbers, dtype=dtype)
+
+    def to(self, unit: str) -> Quantity:
+        assert unit in ("m/s", "N")
+        return Quantity(self._factor * self._numbers, 1.0, *self._names)
+
+
+@pytest.mark.parametrize("names", [("units", "magnitude"), ("unit", "value"), ("units", "value")])
+def test_quantities_of_any_package_are_converted(names: tuple[str, str]) -> None:
+    speed = Quantity([10.0, 50.0, 200.0], 1e-3, *names)
+    force = Quantity([0.008, 0.009, 0.010], 1e3, *names)
+    table = ps.friction_table(speed, force)
+    assert table == ps.friction_table([0.01, 0.05, 0.2], [8.0, 9.0, 10.0])
+    assert ps.friction_table({"velocity": speed, "force": force}) == table
+    whole = Quantity(np.full(len(TIME), 0.1), 1e3, *names)
+    assert of("force", whole)["force"] == pytest.approx(100.0)
+    one = Quantity(0.1, 1e3, *names)
+    run = ps.Model("FrictionBench").simulate(inputs={"appliedForce": one}, stop=0.01, outputs=["appliedForce"])
+    assert run["appliedForce"][-1] == pytest.approx(100.0)
+
+
+@pytest.mark.parametrize(
+    ("rows", "value"),
+    [
+        ("0.000;101,131\n0.001;101,132\n", None),
+        ("0.5;1,250\n0.6;0,5\n", None),
+        ("0,000;101,131\n0,001;101,132\n", 101.131),
+        ("0.001;0,5\n0.002;0,6\n", 0.5),
+        ("1;2\n" * 30 + "31;2,5\n", 2.0),
+    ],
+)
+def test_commas_that_may_separate_thousands_are_refused(tmp_path: Path, rows: str, value: float | None) -> None:
+    file = tmp_path / "record.csv"
+    file.write_text("t;p\n" + rows)
+    if value is not None:
+        assert read_text(file).values[0, 1] == value
+        return
+    with pytest.raises(ValueError, match="thousands") as refused:
+        read_text(file)
+    assert "column 1 (t)" in str(refused.value) and "column 2 (p)" in str(refused.value)

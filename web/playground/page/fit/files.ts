@@ -1,0 +1,78 @@
+// Downloads of a fit: the curves, the fitted set for the FMU, and a program that repeats it.
+
+import type { Files } from "../context";
+import { dictionary } from "../python";
+import { lawName } from "../tables";
+import type { FitContext, Found } from "./study";
+
+export function filesOf(context: FitContext, found: Found): Omit<Files, "charts"> {
+  const { library, study } = context;
+  const { question } = found;
+  const base = question.file.replace(/\.[^.]*$/, "");
+  return {
+    name: `${base}-fitted`,
+    // Made when they are asked for: the table may be long.
+    get csv() {
+      return curves(found);
+    },
+    get ssv() {
+      const values = fittedValues(context, found);
+      const about = `Fitted parameters of ${study.modelName}`;
+      return library.ssv(`${base}-fitted`, about, [{ model: study.modelName, prefix: "", values }], new Date());
+    },
+    get python() {
+      return program(context, found, `${base}-fitted`);
+    },
+  };
+}
+
+/** Values with which the model repeats a fit: the state at its start, what was known, and what was found. */
+export function fittedValues({ library, study }: FitContext, { question, answer }: Found): Map<string, number> {
+  const names = new Set(library.tables.models.find(({ name }) => name === study.modelName)?.variables.map(({ name }) => name));
+  const fitted = answer.estimates.map(({ name, value }) => [name, value] as const).filter(([name]) => names.has(name));
+  const start = [...answer.start].filter(([name]) => names.has(name));
+  return new Map([...start, ["friction.law", question.law], ...question.known, ...fitted]);
+}
+
+/** Measured and simulated values in SI units. */
+function curves({ answer }: Found): string {
+  const signals = [...answer.rms.keys()];
+  const lines = [["time", ...signals.flatMap((signal) => [`measured.${signal}`, `simulated.${signal}`])].join(",")];
+  for (const { time, measured, simulated } of answer.courses) {
+    const columns = [time, ...signals.flatMap((signal) => [measured.get(signal)!, simulated.get(signal)!])];
+    for (let row = 0; row < time.length; row += 1) lines.push(columns.map((column) => String(column[row])).join(","));
+  }
+  return `${lines.join("\n")}\n`;
+}
+
+/** A program for the Python package that makes the same fit. */
+function program({ library, study }: FitContext, { question, columns, table }: Found, name: string): string {
+  const { known, free, options } = question;
+  const fixed = new Map([...known].filter(([key]) => !free.includes(key)));
+  const column = ([signal, { place, unit, turned }]: [string, { place: number; unit: string; turned: boolean }]) =>
+    `    ${JSON.stringify(signal)}: ${JSON.stringify(`${turned ? "-" : ""}${table.names[place]}[${unit}]`)},\n`;
+  const start = (key: string) => JSON.stringify(known.has(key) ? `${key}=${known.get(key)}` : key);
+  const further = [
+    `validation=${question.validation}`,
+    `starts=${question.starts}`,
+    `width=${options.width}`,
+    ...(question.experiment === "motion" ? [`rated=${options.rated}`] : []),
+    ...(options.play === null ? [] : [`play=${options.play}`]),
+  ];
+  return `import pneumatic_servo as ps
+
+columns = {
+${[...columns].map(column).join("")}}
+found = ps.fit(
+    ${JSON.stringify(question.file)},
+    experiment=${JSON.stringify(question.experiment)},
+    law=${JSON.stringify(lawName(library.tables, question.law))},
+    fit=[${free.map(start).join(", ")}],
+    columns=columns,
+    settings=${dictionary(library.tables, study.modelName, fixed).replaceAll("\n", "\n    ")},
+    ${further.join(", ")},
+)
+print(found)
+found.to_ssv(${JSON.stringify(`${name}.ssv`)})
+`;
+}

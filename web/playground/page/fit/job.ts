@@ -1,0 +1,36 @@
+// Jobs, each in a worker of its own, so that it can be ended at any time.
+
+import { byId } from "../dom";
+import type { Answer, Progress, Question } from "./fit";
+import type { Spellings } from "../tables";
+import type { Table } from "./table";
+
+export type Request =
+  | { kind: "read"; file: File; units: string[]; spellings: Spellings }
+  | { kind: "fit"; module: WebAssembly.Module; question: Question };
+
+export type Reply =
+  | { kind: "read"; share: number }
+  | { kind: "table"; table: Table }
+  | { kind: "progress"; progress: Progress }
+  | { kind: "answer"; answer: Answer }
+  | { kind: "problem"; text: string };
+
+/** The program of the worker, which is a text in the page: a page that is a file may load no other one. */
+let program: string | null = null;
+
+/** Begins a piece of work; returns what ends it. */
+export function begin(request: Request, take: (reply: Reply) => void): () => void {
+  program ??= URL.createObjectURL(new Blob([byId("worker").textContent ?? ""], { type: "text/javascript" }));
+  const worker = new Worker(program);
+  worker.addEventListener("message", ({ data }: MessageEvent<Reply>) => {
+    if (data.kind === "table" || data.kind === "answer" || data.kind === "problem") worker.terminate();
+    take(data);
+  });
+  worker.addEventListener("error", (event) => {
+    worker.terminate();
+    take({ kind: "problem", text: event.message || "the worker could not be started" });
+  });
+  worker.postMessage(request);
+  return () => worker.terminate();
+}

@@ -1,0 +1,209 @@
+// The state of a fit on the page: table, choices and result.
+
+import type { Context } from "../context";
+import { byId } from "../dom";
+import { unpacked, type Estimable } from "../library";
+import { model, variable } from "../tables";
+import { proposed, signalsOf, type Columns } from "./columns";
+import type { Answer, Progress, Question } from "./fit";
+import { begin, type Reply } from "./job";
+import { TAKEN } from "./signals";
+import type { Table } from "./table";
+import { everyUnit } from "../units";
+
+/** An answer with its question, its table and the columns of the signals. */
+export interface Found {
+  answer: Answer;
+  question: Question;
+  columns: Columns;
+  table: Table;
+}
+
+/** Choices of the use of the data. */
+export interface Choices {
+  validation: number;
+  starts: number;
+  rated: number;
+  width: number;
+  /** In m; nothing for three times the noise. */
+  play: number | null;
+}
+
+/** Work in progress. */
+export type Work = { kind: "none" } | { kind: "reading"; share: number } | { kind: "fitting"; progress: Progress | null };
+
+/** The file that comes with the page, its machine, and what is free of it in the documentation. */
+const EXAMPLE = {
+  file: "rig.csv",
+  supply: 6e5,
+  free: ["Fs", "Fc", "vs", "sigma2"].map((name) => `friction.stribeck.${name}`).concat("valve.deadZone", "valve.C"),
+  law: "Stribeck",
+};
+
+/** Objects that the parts of the fit share. */
+export interface FitContext extends Context {
+  /** The data and the fit, which outlast a look at another page. */
+  study: Study;
+}
+
+export class Study {
+  table: Table | null = null;
+  columns: Columns = new Map();
+  readonly choices: Choices = { validation: 0.3, starts: 8, rated: 1, width: 0.04, play: null };
+  /** Units in which parameters of the machine are asked for. */
+  readonly units = new Map<string, string>();
+  work: Work = { kind: "none" };
+  problem: string | null = null;
+  /** The last fit, with what was asked. */
+  found: Found | null = null;
+  /** View of all this. */
+  shown: () => void = () => {};
+  /** View of the progress. */
+  progressed: () => void = () => {};
+  private end: () => void = () => {};
+
+  constructor(private readonly context: Context) {}
+
+  get modelName(): string {
+    return this.context.settings.models[0];
+  }
+
+  /** The number of the law. */
+  get law(): number {
+    const { settings, library } = this.context;
+    const entry = variable(model(library.tables, this.modelName), "friction.law");
+    return settings.values[this.modelName].get(entry.name) ?? entry.start ?? 0;
+  }
+
+  /** Estimated parameters: the chosen ones, or the usual ones under the law. */
+  get free(): readonly string[] {
+    return this.context.settings.free ?? this.usual();
+  }
+
+  usual(): string[] {
+    return this.estimable.usual;
+  }
+
+  /** Parameters that may be estimated from the columns that are chosen. */
+  get estimable(): Estimable {
+    const { settings, library } = this.context;
+    return library.estimable(settings.experiment, this.law, settings.values[this.modelName], [...this.columns.keys()]);
+  }
+
+  /** Frees a parameter, or no longer does. */
+  setFree(name: string, isFree: boolean): void {
+    const others = this.free.filter((other) => other !== name);
+    this.context.settings.free = isFree ? [...others, name] : others;
+    this.context.changed();
+  }
+
+  /** Under another law its own parameters are free; what is none of a law stays. */
+  lawChanged(): void {
+    const { settings, library } = this.context;
+    if (!settings.free) return;
+    const of = model(library.tables, this.modelName);
+    const ofOtherLaws = of.variables.filter(({ countsFor: it }) => it?.choice === "friction.law" && it.item !== this.law);
+    const others = settings.free.filter((free) => !ofOtherLaws.some(({ name }) => name === free));
+    settings.free = [...new Set([...this.usual(), ...others])];
+  }
+
+  choose(experiment: "rig" | "motion"): void {
+    const { settings } = this.context;
+    settings.experiment = experiment;
+    settings.free = null;
+    this.found = null;
+    this.propose();
+    this.context.changed();
+  }
+
+  /** Takes over the columns that their names tell. */
+  propose(): void {
+    const { settings, library } = this.context;
+    this.columns = this.table ? proposed(library.tables, this.table, TAKEN[settings.experiment]) : new Map();
+  }
+
+  /** Reads a file. */
+  open(file: File): void {
+    this.cancel();
+    this.table = null;
+    this.found = null;
+    this.problem = null;
+    this.work = { kind: "reading", share: 0 };
+    const { tables } = this.context.library;
+    this.end = begin({ kind: "read", file, units: everyUnit(tables), spellings: tables.spellings }, (reply) => this.take(reply, null));
+    this.shown();
+  }
+
+  /** Opens the file that comes with the page, under the settings that it was made for. */
+  async example(): Promise<void> {
+    const { settings, library } = this.context;
+    settings.experiment = "rig";
+    const [of] = settings.models;
+    const law = library.tables.enumerations.FrictionLaw.items.find(({ name }) => name === EXAMPLE.law);
+    const cylinder = model(library.tables, of);
+    settings.give(of, variable(cylinder, "friction.law"), law?.id ?? 0);
+    settings.give(of, variable(cylinder, "supplyPressure"), EXAMPLE.supply);
+    settings.free = EXAMPLE.free;
+    const bytes = await unpacked((byId("example").textContent ?? "").trim());
+    this.open(new File([bytes], EXAMPLE.file));
+    this.context.changed();
+    this.context.open();
+  }
+
+  /** Reason why the fit cannot be started, or null. */
+  get obstacle(): string | null {
+    if (!this.table) return "open a table first";
+    if (this.free.length === 0) return "nothing is free: choose at least one parameter";
+    return this.estimable.lacking;
+  }
+
+  /** Fits. */
+  start(): void {
+    if (!this.table) return;
+    const { settings, library } = this.context;
+    const { validation, starts, ...options } = this.choices;
+    const known = new Map([...settings.values[this.modelName]].filter(([name]) => name !== "friction.law"));
+    const asked = { table: this.table, columns: new Map(this.columns) };
+    this.problem = null;
+    try {
+      const signals = signalsOf(library.tables, this.table, this.columns);
+      const { experiment } = settings;
+      const { law, free } = this;
+      const question: Question = { file: this.table.file, experiment, law, signals, known, free, validation, starts, options };
+      this.found = null;
+      this.work = { kind: "fitting", progress: null };
+      const request = { kind: "fit", module: library.module, question } as const;
+      this.end = begin(request, (reply) => this.take(reply, { ...asked, question }));
+    } catch (error) {
+      this.problem = (error as Error).message;
+    }
+    this.shown();
+  }
+
+  /** Ends what is being done. */
+  cancel(): void {
+    if (this.work.kind === "none") return;
+    this.end();
+    const best = this.work.kind === "fitting" ? Object.entries(this.work.progress?.best ?? {}) : [];
+    const values = best.map(([name, value]) => `${name} = ${Number(value.toPrecision(5))}`).join(", ");
+    this.problem = values ? `The fit was cancelled. Best so far: ${values}` : "It was cancelled.";
+    this.work = { kind: "none" };
+    this.shown();
+  }
+
+  private take(reply: Reply, asked: { table: Table; columns: Columns; question: Question } | null): void {
+    if (reply.kind === "read" || reply.kind === "progress") {
+      this.work = reply.kind === "read" ? { kind: "reading", share: reply.share } : { kind: "fitting", progress: reply.progress };
+      this.progressed();
+      return;
+    }
+    this.work = { kind: "none" };
+    if (reply.kind === "problem") this.problem = reply.text;
+    if (reply.kind === "table") {
+      this.table = reply.table;
+      this.propose();
+    }
+    if (reply.kind === "answer" && asked) this.found = { answer: reply.answer, ...asked };
+    this.shown();
+  }
+}

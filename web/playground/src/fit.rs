@@ -1,0 +1,240 @@
+//! Fits that the page asks for: a question as JSON beside its samples, and an answer as JSON beside its curves.
+
+use std::cell::{Cell, RefCell};
+
+use pneumatic_servo_fit::Refused;
+use pneumatic_servo_fit::candidates;
+use pneumatic_servo_fit::experiment::{Given, Kind, Options, of_kind};
+use pneumatic_servo_fit::fitting::{self, Answer, Course, Estimate, NoAnswer, Question};
+use pneumatic_servo_fit::law::usual;
+use pneumatic_servo_fit::parameter::Values;
+use pneumatic_servo_fit::problem::Interrupted;
+use pneumatic_servo_fit::search::Watch;
+use pneumatic_servo_fit::verdict::verdict;
+use serde_json::{Value, json};
+
+/// Fits what a question asks for, with the samples of its signals one after the other, and returns the answer and the samples of
+/// its curves. `told` hears how far it is.
+///
+/// # Errors
+/// In words for the visitor, for a question that is none, or one that is refused.
+pub fn fit(question: &str, samples: &[f64], told: &dyn Fn(&Value)) -> Result<(Value, Vec<f64>), String> {
+    let question = serde_json::from_str(question).map_err(|error| format!("the question is no JSON: {error}"))?;
+    let question = read(&question, samples).ok_or("the question is incomplete, or its samples are")?;
+    let progress = Progress {
+        told,
+        stage: RefCell::new(String::from("Look at the data")),
+        runs: Cell::new(0),
+        misfit: Cell::new(None),
+        best: RefCell::default(),
+    };
+    match fitting::fit(&question, &progress, &|share| progress.run(share)) {
+        Ok(answer) => Ok((written(&answer), curves(&answer))),
+        Err(NoAnswer::Refused(Refused(text))) => Err(text),
+        Err(NoAnswer::Interrupted) => unreachable!("a worker of the page is ended from outside"),
+    }
+}
+
+/// Parameters that a fit estimates unless others are chosen, further ones of sensors and of a bench, and why the signals are too
+/// few, if they are. The question has experiment, law, known values and the names of the signals.
+///
+/// # Errors
+/// In words for the visitor, for a question that is none.
+pub fn estimable(question: &str) -> Result<Value, String> {
+    let question: Value =
+        serde_json::from_str(question).map_err(|error| format!("the question is no JSON: {error}"))?;
+    let asked =
+        || Some((text(&question["experiment"])?, law(&question)?, known(&question)?, texts(&question["signals"])?));
+    let (experiment, law, known, signals) = asked().ok_or("the question is incomplete")?;
+    let kind = Kind::of_name(&experiment).map_err(|refused| refused.0)?;
+    let given = Given::new(kind, law, known, signals, Options::default());
+    let usual = usual(given.table, law, &given.known);
+    Ok(match of_kind(given) {
+        Ok(experiment) => json!({
+            "usual": usual.into_iter().chain(experiment.unknown().into_iter().map(str::to_owned)).collect::<Vec<_>>(),
+            "others": candidates::estimable(&*experiment),
+            "lacking": null,
+        }),
+        Err(Refused(lacking)) => json!({ "usual": usual, "others": [], "lacking": lacking }),
+    })
+}
+
+/// Progress of a fit.
+struct Progress<'a> {
+    told: &'a dyn Fn(&Value),
+    stage: RefCell<String>,
+    runs: Cell<u32>,
+    misfit: Cell<Option<f64>>,
+    best: RefCell<Values>,
+}
+
+impl Progress<'_> {
+    /// Tells of a run of which a share is done.
+    fn run(&self, share: f64) {
+        self.runs.set(self.runs.get() + u32::from(share == 0.0));
+        (self.told)(&json!({
+            "stage": *self.stage.borrow(),
+            "runs": self.runs.get(),
+            "share": share,
+            "misfit": self.misfit.get(),
+            "best": *self.best.borrow(),
+        }));
+    }
+}
+
+impl Watch for Progress<'_> {
+    fn see(&self, _: &[f64], values: &Values, mean_square: f64) -> Result<(), Interrupted> {
+        let misfit = mean_square.sqrt();
+        if self.misfit.get().is_none_or(|least| misfit < least) {
+            self.misfit.set(Some(misfit));
+            self.best.replace(values.clone());
+        }
+        Ok(())
+    }
+
+    fn stage(&self, text: &str) {
+        self.stage.replace(text.to_owned());
+        self.misfit.set(None);
+    }
+}
+
+fn text(value: &Value) -> Option<String> {
+    value.as_str().map(str::to_owned)
+}
+
+fn texts(value: &Value) -> Option<Vec<String>> {
+    value.as_array()?.iter().map(text).collect()
+}
+
+fn law(question: &Value) -> Option<i32> {
+    i32::try_from(question["law"].as_i64()?).ok()
+}
+
+fn known(question: &Value) -> Option<Values> {
+    question["known"].as_object()?.iter().map(|(name, value)| Some((name.clone(), value.as_f64()?))).collect()
+}
+
+fn read(question: &Value, samples: &[f64]) -> Option<Question> {
+    let names = texts(&question["signals"])?;
+    let length = samples.len().checked_div(names.len())?;
+    if length == 0 || length * names.len() != samples.len() {
+        return None;
+    }
+    let options = &question["options"];
+    Some(Question {
+        file: text(&question["file"])?,
+        experiment: text(&question["experiment"])?,
+        law: law(question)?,
+        signals: names.into_iter().zip(samples.chunks_exact(length).map(<[f64]>::to_vec)).collect(),
+        known: known(question)?,
+        estimated: texts(&question["free"])?,
+        validation: question["validation"].as_f64()?,
+        starts: usize::try_from(question["starts"].as_u64()?).ok()?,
+        options: Options {
+            rated: options["rated"].as_f64()?,
+            width: options["width"].as_f64()?,
+            play: options["play"].as_f64(),
+            ..Options::default()
+        },
+    })
+}
+
+/// A number, or the name of one that JSON does not have.
+fn number(value: f64) -> Value {
+    match value {
+        value if value.is_finite() => json!(value),
+        value if value.is_nan() => json!("NaN"),
+        value => json!(if value > 0.0 { "Infinity" } else { "-Infinity" }),
+    }
+}
+
+fn written(answer: &Answer) -> Value {
+    let Answer { converged, message, notes, .. } = answer;
+    let estimate = |one: &Estimate| {
+        let [low, high] = one.interval.map(number);
+        let (name, unit) = &one.parameter;
+        json!({
+            "name": name, "unit": unit, "value": number(one.value), "low": low, "high": high, "undetermined": one.undetermined,
+        })
+    };
+    let by_signal = |values: &std::collections::BTreeMap<&str, f64>| {
+        let pairs = values.iter().map(|(signal, value)| ((*signal).to_owned(), number(*value)));
+        Value::Object(pairs.collect())
+    };
+    let (light, findings) = verdict(answer);
+    json!({
+        "converged": converged,
+        "message": message,
+        "estimates": answer.estimates.iter().map(estimate).collect::<Vec<_>>(),
+        "rms": by_signal(&answer.rms),
+        "validationRms": by_signal(&answer.validation_rms),
+        "notes": notes,
+        "validationFrom": answer.validation_from,
+        "start": answer.start,
+        "light": light.name(),
+        "head": light.head(),
+        "cause": answer.cause.as_ref().map(|cause| &cause.text),
+        // What would be estimated or set to follow the cause.
+        "remedy": answer.cause.as_ref().map(|cause| json!({ "name": cause.name, "item": cause.item })),
+        "findings": findings.into_iter().map(|finding| finding.text).collect::<Vec<_>>(),
+        "signals": answer.courses.first().map_or(vec![], |course| course.readings.iter().map(|(name, ..)| *name).collect()),
+        "lengths": answer.courses.iter().map(|course| course.time.len()).collect::<Vec<_>>(),
+    })
+}
+
+/// Of each segment the times, and of each signal the measured and the simulated readings.
+fn curves(answer: &Answer) -> Vec<f64> {
+    let of_segment = |course: &Course| {
+        let readings = course.readings.iter().flat_map(|(_, measured, simulated)| [measured, simulated]);
+        std::iter::once(&course.time).chain(readings).flatten().copied().collect::<Vec<f64>>()
+    };
+    answer.courses.iter().flat_map(of_segment).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_question_that_is_none_is_refused() {
+        let refused = |text: &str, samples: &[f64]| fit(text, samples, &|_| {}).expect_err("a refusal");
+        assert!(refused("{", &[]).starts_with("the question is no JSON"));
+        for question in ["{}", r#"{"signals": ["time"]}"#, r#"{"signals": []}"#, r#"{"signals": [1], "file": 2}"#] {
+            assert_eq!(refused(question, &[1.0, 2.0]), "the question is incomplete, or its samples are", "{question}");
+        }
+        let whole = r#"{"file": "a.csv", "experiment": "rig", "law": 7, "signals": ["time", "position"], "known": {},
+            "free": [], "validation": 0, "starts": 0, "options": {"rated": 1, "width": 0.04, "play": null}}"#;
+        assert_eq!(
+            refused(whole, &[0.0; 4]),
+            "experiment rig needs columns for time, valveVoltage, position; valveVoltage is missing"
+        );
+        assert_eq!(refused(whole, &[0.0; 3]), "the question is incomplete, or its samples are");
+    }
+
+    #[test]
+    fn what_may_be_estimated_depends_on_the_signals() {
+        let of = |signals: &str| {
+            let question = format!(r#"{{"experiment": "motion", "law": 2, "known": {{}}, "signals": {signals}}}"#);
+            estimable(&question).expect("an answer")
+        };
+        let few = of(r#"["time", "position"]"#);
+        assert_eq!(few["lacking"], "experiment motion needs a column for frictionForce or force");
+        assert_eq!(few["usual"], json!(["friction.coulomb.Fc", "friction.coulomb.sigma2"]));
+        let whole = of(r#"["time", "position", "force", "pressure"]"#);
+        assert_eq!(whole["usual"], json!(["friction.coulomb.Fc", "friction.coulomb.sigma2", "area"]));
+        let others = whole["others"].as_array().expect("names");
+        for name in ["gain.force", "lag.force", "delay.position", "friction.direction.factor", "friction.kappaA"] {
+            assert!(others.contains(&json!(name)), "{name}: {others:?}");
+        }
+        assert!(!others.contains(&json!("lag.position")), "{others:?}");
+        assert_eq!(estimable("{}"), Err("the question is incomplete".to_owned()));
+    }
+
+    #[test]
+    fn numbers_that_json_does_not_have_keep_their_names() {
+        assert_eq!(
+            [1.5, f64::INFINITY, -f64::INFINITY, f64::NAN].map(number),
+            [json!(1.5), json!("Infinity"), json!("-Infinity"), json!("NaN")]
+        );
+    }
+}

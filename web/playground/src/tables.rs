@@ -1,0 +1,153 @@
+//! The variable tables of all models as JSON, for everything that the page says about variables.
+
+use std::collections::BTreeMap;
+
+use pneumatic_servo::model::Model;
+use pneumatic_servo::models;
+use pneumatic_servo::variables::{Enumeration, Kind, Role, Table, Unit, Variable};
+use pneumatic_servo_fit::units::{PARTS, WHOLE, WRITTEN_UNITS, WrittenUnit};
+use serde_json::{Value, json};
+
+/// Models with their variables, enumerations and units; models and variables in the order in which they are numbered.
+pub fn tables() -> Value {
+    let variables = || models::ALL.iter().flat_map(|model| model.table().iter());
+    let mut units = BTreeMap::new();
+    let mut enumerations = BTreeMap::new();
+    for variable in variables() {
+        match variable.kind {
+            Kind::Real(of) => drop(units.insert(of.name, unit(&of))),
+            Kind::Enumeration(of) => drop(enumerations.insert(of.name, enumeration(of))),
+            Kind::Integer | Kind::Boolean => {}
+        }
+    }
+    json!({
+        "version": env!("CARGO_PKG_VERSION"),
+        "models": models::ALL.iter().map(model).collect::<Vec<_>>(),
+        "units": units,
+        "written": WRITTEN_UNITS.iter().map(written).collect::<Vec<_>>(),
+        "spellings": { "parts": PARTS, "whole": WHOLE },
+        "enumerations": enumerations,
+    })
+}
+
+fn model(model: &Model) -> Value {
+    json!({
+        "name": model.name,
+        "description": model.description,
+        "experiment": model.experiment,
+        "variables": shown(model).map(|it| variable(model.table(), it)).collect::<Vec<_>>(),
+    })
+}
+
+/// All variables but the numbers that stand for enumerations, which come last: the page has the names.
+fn shown(model: &Model) -> impl Iterator<Item = &'static Variable> {
+    model.table().into_iter().filter(|variable| variable.chooses.is_none())
+}
+
+fn variable(table: &Table, variable: &Variable) -> Value {
+    let (kind, of) = match variable.kind {
+        Kind::Real(unit) => ("Real", Some(unit.name)),
+        Kind::Integer => ("Integer", None),
+        Kind::Boolean => ("Boolean", None),
+        Kind::Enumeration(of) => ("Enumeration", Some(of.name)),
+    };
+    let role = match variable.role {
+        Role::Time => "time",
+        Role::Input => "input",
+        Role::Fixed => "fixed",
+        Role::Tunable => "tunable",
+        Role::Output => "output",
+        Role::Local => "local",
+    };
+    json!({
+        "name": variable.name,
+        "kind": kind,
+        "of": of,
+        "role": role,
+        "description": variable.description,
+        "start": variable.start,
+        "min": variable.min,
+        "max": variable.max,
+        "display": variable.display,
+        "countsFor": variable.counts_for.and_then(|case| Some(json!({ "choice": table.case(case)?.0.name, "item": case.item }))),
+    })
+}
+
+fn unit(unit: &Unit) -> Value {
+    let display =
+        unit.display.iter().map(|shown| json!({ "name": shown.name, "factor": shown.factor, "offset": shown.offset }));
+    json!({ "display": display.collect::<Vec<_>>() })
+}
+
+/// A unit as people write it: `si = factor * written + offset`, with the offset of a quantity that counts above ambient
+/// pressure beside it.
+fn written(unit: &WrittenUnit) -> Value {
+    json!({
+        "name": unit.name,
+        "si": unit.si,
+        "factor": unit.factor,
+        "offset": unit.offset,
+        "offsetAboveAmbient": unit.offset_of(true),
+    })
+}
+
+fn enumeration(enumeration: &Enumeration) -> Value {
+    let items = enumeration
+        .items
+        .iter()
+        .map(|(id, name, description)| json!({ "id": id, "name": name, "description": description }));
+    json!({ "description": enumeration.description, "items": items.collect::<Vec<_>>() })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_variable_is_there_with_its_number() {
+        let tables = tables();
+        for (index, model) in models::ALL.iter().enumerate() {
+            let listed = &tables["models"][index];
+            assert_eq!(listed["name"], model.name);
+            for (place, variable) in shown(model).enumerate() {
+                assert_eq!(model.table()[place], *variable);
+                assert_eq!(listed["variables"][place]["name"], variable.name);
+                assert_eq!(listed["variables"][place]["start"].as_f64(), variable.start);
+            }
+        }
+        assert_eq!(tables["units"]["Pa"]["display"][0]["name"], "bar");
+        assert_eq!(tables["enumerations"]["FrictionLaw"]["items"][6]["name"], "Stribeck");
+    }
+
+    #[test]
+    fn page_reads_units_with_the_table_of_the_fit() {
+        let tables = tables();
+        let written = tables["written"].as_array().expect("units");
+        let gauge = written.iter().find(|unit| unit["name"] == "barg").expect("a gauge pressure");
+        assert_eq!([&gauge["factor"], &gauge["offset"], &gauge["offsetAboveAmbient"]], [1e5, 101_325.0, 0.0]);
+        assert_eq!(written.len(), WRITTEN_UNITS.len());
+        assert_eq!(tables["spellings"]["whole"][0], json!(["Nm", "N.m"]));
+    }
+
+    /// Some values in SI units, and as a visitor reads them.
+    #[test]
+    fn shown_values_are_factor_times_value_plus_offset() {
+        let tables = tables();
+        for (unit, value, name, shown) in [
+            ("K", 293.15, "degC", 20.0),
+            ("K", 273.15, "degC", 0.0),
+            ("Pa", 6e5, "bar", 6.0),
+            ("m", 0.25, "mm", 250.0),
+            ("m3/(s.Pa)", 2.1e-8, "dm3/(s.bar)", 2.1),
+            // 1.185 g of air are a litre at the reference conditions.
+            ("kg/s", 1.185e-3, "l/min(ANR)", 60.0),
+            ("rad", std::f64::consts::PI, "deg", 180.0),
+        ] {
+            let display = tables["units"][unit]["display"].as_array().expect("display units");
+            let found = display.iter().find(|it| it["name"] == name).expect("the display unit");
+            let [factor, offset] = ["factor", "offset"].map(|key| found[key].as_f64().expect("a number"));
+            let seen = factor * value + offset;
+            assert!((seen - shown).abs() <= 1e-12 * value.max(shown), "{value} {unit}: {seen} {name}, not {shown}");
+        }
+    }
+}
