@@ -14,9 +14,9 @@ pub struct Tie {
     pub expression: Expression,
 }
 
-/// Functions of one number.
-const FUNCTIONS: [(&str, fn(f64) -> f64); 4] =
-    [("sqrt", libm::sqrt), ("exp", libm::exp), ("log", libm::log), ("abs", libm::fabs)];
+/// A function of one number, by its name.
+type Function = (&'static str, fn(f64) -> f64);
+const FUNCTIONS: [Function; 4] = [("sqrt", libm::sqrt), ("exp", libm::exp), ("log", libm::log), ("abs", libm::fabs)];
 
 /// An expression of numbers, names, `+ - * / **`, brackets, and `sqrt`, `exp`, `log` and `abs`, as Python has it.
 #[derive(Clone, Debug, PartialEq)]

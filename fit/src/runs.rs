@@ -318,8 +318,11 @@ mod tangents {
     /// Names by which a run has no derivative, and why.
     pub type Underivable = BTreeMap<String, String>;
 
-    /// Derivatives of the recorded variables by a setting, and where they end.
-    type Slope = (Vec<Vec<f64>>, Option<NoDerivative>);
+    /// Recorded variables at the communication points, or their derivatives by a setting.
+    type Courses = Vec<Vec<f64>>;
+
+    /// Derivatives by a setting, and where they end.
+    type Slope = (Courses, Option<NoDerivative>);
 
     impl Runs<'_> {
         /// Differences of a segment at points near another one, by the derivatives of the run there. Where that has none by what
@@ -374,7 +377,7 @@ mod tangents {
             tolerance: f64,
             goes_on: &dyn Fn(f64) -> bool,
             underivable: &mut Underivable,
-        ) -> Option<(Vec<Vec<f64>>, BTreeMap<String, Vec<Vec<f64>>>)> {
+        ) -> Option<(Courses, BTreeMap<String, Courses>)> {
             let outputs = self.experiment.outputs();
             let points = self.segments[place].record.grid.len();
             let empty = vec![vec![f64::NAN; points]; outputs.len()];

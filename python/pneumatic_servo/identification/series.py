@@ -219,7 +219,7 @@ def fit_series(
     try:
         for label, data in given.items():
             fits.append(_alone(label, data, [*common, *own], experiment, law, options))
-        estimated = [word for word in common if not is_expression(word.partition("=")[2])]
+        estimated = [word for word in common if not is_expression(word.partition("=")[2], quoted("shared", word))]
         return _together(tuple(given), fits, len(estimated))
     except KeyboardInterrupt:
         interrupted = Interrupted("interrupted")
