@@ -66,7 +66,7 @@ def functions() -> Iterator[tuple[str, Any]]:
 
 def classes() -> Iterator[tuple[str, Any]]:
     """Every class that users make or are given, but `NotConverged`, which the command line raises."""
-    for module in (ps, envs):
+    for module in MODULES:
         for name in module.__all__:
             if inspect.isclass(thing := getattr(module, name)) and name != "NotConverged":
                 yield name, thing

@@ -87,6 +87,19 @@ class CrossValidation:
         One for each condition.
     units : Units
         The units of the fit.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import pneumatic_servo as ps
+    >>> t, rng = np.arange(0.0, 1.0, 0.01), np.random.default_rng(0)
+    >>> def record(amplitude):
+    ...     force = 7.0 * np.sign(np.cos(6.0 * t)) + 0.1 * rng.standard_normal(len(t))
+    ...     return {"time": t, "position": amplitude * np.sin(6.0 * t), "frictionForce": force}
+    >>> found = ps.fit([record(0.005), record(0.01), record(0.02)], experiment="motion", law="Coulomb", starts=0,
+    ...                cross_validate="record", progress=False)
+    >>> found.cross_validation.holds, len(found.cross_validation.cases)
+    (3, 3)
     """
 
     cases: tuple[Case, ...]

@@ -49,7 +49,20 @@ class Trial(Excitation):
 
 @dataclass(frozen=True)
 class Telling:
-    """Experiments that would tell two laws apart, the most telling first."""
+    """Experiments that would tell two laws apart, the most telling first.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import pneumatic_servo as ps
+    >>> t, rng = np.arange(0.0, 1.0, 0.02), np.random.default_rng(0)
+    >>> data = {"time": t, "position": 0.01 * np.sin(6.0 * t),
+    ...         "frictionForce": 7.0 * np.sign(np.cos(6.0 * t)) + 0.1 * rng.standard_normal(len(t))}
+    >>> ranking = ps.compare_fits(data, ["Coulomb", "Dahl"], experiment="motion", starts=0, progress=False)
+    >>> found = ranking.telling("Coulomb", "Dahl", duration=1.0, step=0.01, progress=False)
+    >>> found.best.distance == max(trial.distance for trial in found.trials)
+    True
+    """
 
     first: str
     second: str

@@ -80,7 +80,20 @@ class Preference:
 
 @dataclass(frozen=True)
 class Evidence:
-    """Evidence of the data for several laws, the best predicting first."""
+    """Evidence of the data for several laws, the best predicting first.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import pneumatic_servo as ps
+    >>> t, rng = np.arange(0.0, 1.0, 0.02), np.random.default_rng(0)
+    >>> data = {"time": t, "position": 0.01 * np.sin(6.0 * t),
+    ...         "frictionForce": 7.0 * np.sign(np.cos(6.0 * t)) + 0.1 * rng.standard_normal(len(t))}
+    >>> ranking = ps.compare_fits(data, ["Coulomb", "Dahl"], experiment="motion", starts=0, progress=False)
+    >>> found = ranking.evidence(number=200)
+    >>> found.laws[0].difference, found.laws[1].elpd <= found.laws[0].elpd
+    (0.0, True)
+    """
 
     laws: tuple[Preference, ...]
 
