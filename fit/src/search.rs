@@ -175,6 +175,8 @@ struct Objective<'a> {
     watch: &'a dyn Watch,
     is_short: bool,
     scale: Vec<f64>,
+    /// The scaled start, and the start itself, which scaling and back may move by a rounding error, out of what a law allows.
+    begin: (Vec<f64>, Vec<f64>),
     low: Vec<f64>,
     high: Vec<f64>,
     last: RefCell<Option<Rc<Evaluated>>>,
@@ -208,6 +210,7 @@ impl<'a> Objective<'a> {
             watch,
             is_short: loss == Loss::Linear,
             scale: vec![1.0; x.len()],
+            begin: (x.clone(), x.clone()),
             low,
             high,
             last: RefCell::default(),
@@ -230,11 +233,16 @@ impl<'a> Objective<'a> {
         let Evaluated { differences, residuals, .. } = &*first;
         let again = Evaluated { y: y.clone(), differences: differences.clone(), residuals: residuals.clone() };
         objective.last.replace(Some(Rc::new(again)));
+        objective.begin = (y.clone(), x);
         objective.slopes.replace(Some((y, slopes)));
         Ok(objective)
     }
 
     fn outer(&self, y: &[f64]) -> Vec<f64> {
+        let (scaled, start) = &self.begin;
+        if y == scaled {
+            return start.clone();
+        }
         y.iter().zip(&self.scale).map(|(value, scale)| value / scale).collect()
     }
 

@@ -14,6 +14,7 @@ import pneumatic_servo as ps
 import pytest
 from bounds import assert_close
 from numpy.typing import NDArray
+from pneumatic_servo import _native
 from pneumatic_servo.identification.experiments import EXPERIMENTS, Beginning, Experiment, Options, Window
 from pneumatic_servo.identification.records import Record
 from pneumatic_servo.identification.signals import Units
@@ -37,9 +38,38 @@ def make(
     return experiment, window
 
 
+def problem(experiment: Experiment, window: Window, values: dict[str, float] | None = None) -> _native.LeastSquares:
+    """A window with all parameters fixed."""
+    choices = {"step": 1e-3, "scale": 1.0, "exactness": 1.0, "most": None, "workers": 1, "is_exact": False}
+    segment = (window.native, dict(window.begin.values), [], 0)
+    sensors = [(1.0, 0.0, False)] * len(experiment.compared)
+    return _native.LeastSquares([], experiment.native, [segment], sensors, values or {}, [], choices)
+
+
+def inputs_of(experiment: Experiment, window: Window, values: dict[str, float] | None = None) -> dict[str, Array]:
+    """Inputs of the run of a window at its communication points."""
+    return problem(experiment, window, values).given(0, np.array([]))[1]
+
+
+def start(experiment: Experiment, window: Window, values: dict[str, float] | None = None) -> dict[str, Any]:
+    """Settings of the run of a window, without its measured start values."""
+    settings = problem(experiment, replace(window, begin=Beginning()), values).given(0, np.array([]))[0]
+    return experiment.typed(settings)
+
+
+def readings(
+    experiment: Experiment, window: Window, output: str, values: dict[str, float] | None = None
+) -> tuple[Array, dict[str, Array]]:
+    """A variable of the run of a window, and what the sensors read of it."""
+    of = problem(experiment, window, values)
+    [[truth]] = of.recorded(np.array([]), 1e-9, [output])
+    [differences] = of.differences(np.array([]), 1e-9)
+    return truth, {name: window.record.signals[name] - values for name, values in differences.items()}
+
+
 def path(experiment: Experiment, window: Window) -> Array:
     """The way that a motion is prescribed, of which a run is given the ends of its steps."""
-    return np.append(0.0, experiment.inputs(window, {})["prescribedPosition"][:-1])
+    return np.append(0.0, inputs_of(experiment, window)["prescribedPosition"][:-1])
 
 
 def close(found: object, expected: object, what: str) -> None:
@@ -68,12 +98,12 @@ def test_force_on_a_slope_with_a_spring(inputs: str) -> None:
     # Without what the settings say it is what is fitted.
     fitted, plain = make("force", signals, {}, Options(rated=50.0))
     close((fitted.forces(plain, SLOPE) or ())[1], applied - 2.0 * 0.6, "friction of fitted values")
-    given = experiment.inputs(window, {})
+    given = inputs_of(experiment, window)
     assert given.keys() == {"appliedForce", "friction.level"}
     close(given["appliedForce"], applied, "applied force")
     assert experiment.native.has_lines is (inputs == "lines")
     close(given["friction.level"], level, "level")
-    assert experiment.start(window, {"friction.coulomb.Fc": 3.0}) == {
+    assert start(experiment, window, {"friction.coulomb.Fc": 3.0}) == {
         "mass": 2.0, "friction.coulomb.Fc": 3.0, "friction.law": "Coulomb", "bench.drive": "Free", "driveVelocity": 0.0,
     }  # fmt: skip
     assert window.begin.loose == ("position0", "velocity0")
@@ -86,7 +116,7 @@ def test_lines_in_place_of_a_smooth_input_have_its_means() -> None:
     force = np.polynomial.Polynomial([5.0, 3.0, -40.0, 200.0])
     signals = {"position": POSITION, "force": force(TIME)}
     experiment, window = make("force", signals, {"mass": 2.0}, Options(inputs="smooth", smooths=False))
-    ends = experiment.inputs(window, {})["appliedForce"]
+    ends = inputs_of(experiment, window)["appliedForce"]
     means = np.diff(force.integ()(TIME)) / np.diff(TIME)
     close(0.5 * (ends[2:-1] + ends[1:-2]), means[1:-1], "means of the force")
 
@@ -161,15 +191,14 @@ def test_seal_under_pressure() -> None:
     level = np.maximum(LOAD / 50.0 * (1.0 + 2e-6 * pressure), 0.0)
     assert (experiment.compared, experiment.driving) == (("force",), ("position", "pressure", "normalForce"))
     assert experiment.unknown == ("area",) and experiment.outputs == ["frictionForce"]
-    given = experiment.inputs(window, {})
+    given = inputs_of(experiment, window)
     assert given.keys() == {"prescribedPosition", "friction.level"}
     close(given["prescribedPosition"], np.append(way[1:], way[-1]), "position")
     close(given["friction.level"], level, "level")
-    friction = np.cos(TIME)
-    predicted = experiment.predict(window, {"frictionForce": friction}, {})
-    assert predicted.keys() == {"force"}
-    close(predicted["force"], friction + 1e-4 * pressure, "force")
-    close(experiment.predict(window, {"frictionForce": friction}, {"area": 0.0})["force"], friction, "friction")
+    friction, read = readings(experiment, window, "frictionForce")
+    assert read.keys() == {"force"} and np.ptp(friction) > 1.0
+    close(read["force"], friction + 1e-4 * pressure + 1.0, "force")
+    close(readings(experiment, window, "frictionForce", {"area": 0.0})[1]["force"], friction + 1.0, "friction")
     window = replace(window, held=np.arange(len(TIME)) >= 400)
     speed, found, seen = experiment.forces(window, {"offset.force": 1.0}) or ()
     # The first sample has no motion before it.
@@ -179,7 +208,7 @@ def test_seal_under_pressure() -> None:
     close(seen, level[inside], "level")
     fitted = {"area": 3e-4, "offset.force": 1.0}
     close((experiment.forces(window, fitted) or ())[1], (FORCE - 1.0 - 3e-4 * pressure)[inside], "fitted area")
-    assert experiment.start(window, {"friction.coulomb.Fc": 3.0}) == {
+    assert start(experiment, window, {"friction.coulomb.Fc": 3.0}) == {
         "friction.coulomb.Fc": 3.0, "friction.law": "Coulomb", "bench.drive": "PrescribedPosition",
         "driveVelocity": 0.0, "position0": 0.0,
     }  # fmt: skip
@@ -188,7 +217,8 @@ def test_seal_under_pressure() -> None:
 def test_force_without_a_pressure_is_friction() -> None:
     experiment, window = make("motion", {"position": POSITION, "force": FORCE}, {"area": 1e-4}, Options(play=0.0))
     assert experiment.unknown == () and experiment.driving == ("position",)
-    assert np.array_equal(experiment.predict(window, {"frictionForce": TIME}, {})["force"], TIME)
+    friction, read = readings(experiment, window, "frictionForce")
+    close(read["force"], friction, "force")
     assert np.array_equal((experiment.forces(window, {}) or ())[1], FORCE[1:])
     assert np.all((experiment.forces(window, {}) or ())[2] == 1.0)
 
@@ -198,7 +228,8 @@ def test_motion_by_its_velocity() -> None:
     experiment, window = make("motion", {"velocity": VELOCITY, "frictionForce": FORCE}, known)
     way = 0.2 * TIME + 0.3 * TIME**2
     close(path(experiment, window), 2.0 * (way - 0.1 * TIME), "path")
-    assert np.array_equal(experiment.predict(window, {"frictionForce": FORCE}, {})["frictionForce"], FORCE)
+    friction, read = readings(experiment, window, "frictionForce")
+    close(read["frictionForce"], friction, "friction")
     assert experiment.unknown == () and experiment.notes == []
     assert set(experiment.beside) == {
         f"{what}.{signal}" for signal in ("frictionForce", "velocity") for what in ("gain", "offset", "delay")
@@ -270,7 +301,7 @@ def test_carriage_under_pressures() -> None:
     experiment, window = make("mechanical", taken(*names), MACHINE)
     assert experiment.driving == names[1:] and experiment.outputs == ["position"] == list(experiment.compared)
     assert experiment.native.length(2e-3) == 0.15 and experiment.notes == ["a: the pressures are smoothed over 40 ms"]
-    given = experiment.inputs(window, {})
+    given = inputs_of(experiment, window)
     assert given.keys() == {"appliedForce", "friction.level"}
     applied = PUSH - DEAD + TIME + 2.5
     close(given["appliedForce"], bent(applied), "force")
@@ -280,15 +311,15 @@ def test_carriage_under_pressures() -> None:
     close(speed, VELOCITY, "speed")
     close(friction, applied - 3.0 * 0.6, "friction")
     close(level, LEVEL, "level")
-    start = experiment.start(window, {"friction.coulomb.Fc": 3.0})
-    assert start == {
+    settings = start(experiment, window, {"friction.coulomb.Fc": 3.0})
+    assert settings == {
         "friction.coulomb.Fc": 3.0, "friction.law": "Coulomb", "bench.drive": "Free", "driveVelocity": 0.0, "mass": 3.0,
     }  # fmt: skip
     assert window.begin.loose == ("position0", "velocity0")
     close([window.begin.values[name] for name in window.begin.loose], [0.1, 0.2], "begin")
     alone, plain = make("mechanical", taken(*names[:3]), MACHINE)
     assert alone.driving == names[1:3]
-    close(alone.inputs(plain, {})["appliedForce"], bent(PUSH - DEAD), "force without another")
+    close(inputs_of(alone, plain)["appliedForce"], bent(PUSH - DEAD), "force without another")
 
 
 @pytest.mark.parametrize("inputs", ["held", "lines"])
@@ -296,7 +327,7 @@ def test_whole_rig(inputs: str) -> None:
     experiment, window = make("rig", GAS, MACHINE, Options(inputs=inputs))
     assert experiment.compared == ("position", "velocity", "chamberA.pressure", "chamberB.pressure")
     assert experiment.driving == ("valveVoltage", "supplyPressure", "externalForce")
-    given = experiment.inputs(window, {})
+    given = inputs_of(experiment, window)
     assert set(given) == set(experiment.driving)
     for name, values in taken(*experiment.driving).items():
         truth = values - 0.5 * (name == "externalForce")
@@ -311,27 +342,27 @@ def test_whole_rig(inputs: str) -> None:
     some = make("rig", taken("valveVoltage", "position", "chamberB.pressure"), {})
     assert some[0].forces(some[1], {}) is None and "chamberA.pressure0" not in some[1].begin.values
     known = {name: value for name, value in MACHINE.items() if not name.startswith(("gain", "offset"))}
-    assert experiment.start(window, {}) == {**known, "friction.law": "Coulomb"}
+    assert start(experiment, window) == {**known, "friction.law": "Coulomb"}
 
 
 def test_gas_alone_is_carried_along_the_measured_path() -> None:
     names = ("position", "valveVoltage", "chamberA.pressure", "chamberB.pressure", "supplyPressure")
     experiment, window = make("pneumatic", taken(*names), {**MACHINE, "gain.position": 2.0})
     assert experiment.compared == names[2:4] and experiment.driving == ("position", "valveVoltage", "supplyPressure")
-    given = experiment.inputs(window, {})
+    given = inputs_of(experiment, window)
     assert given.keys() == {"valveVoltage", "supplyPressure", "externalForce"}
     close(given["valveVoltage"], GAS["valveVoltage"], "voltage")
     # 10 t that are carried at 1.2 m/s2; at both ends half a step has no middle, and is left out.
     carried = 1e4 * 2.0 * 0.6 - mean(PUSH) + 7.0
     inner = slice(1, -2)
     assert_close(given["externalForce"][inner], carried[inner], within=1e-4, what="force")
-    start = experiment.start(window, {})
-    close([start.pop("position0"), start.pop("velocity0")], [0.2, 2.0 * 0.2006], "begin")  # type: ignore[list-item]
+    settings = start(experiment, window)
+    close([settings.pop("position0"), settings.pop("velocity0")], [0.2, 2.0 * 0.2006], "begin")  # type: ignore[list-item]
     # A sensor that is 0.1 s late reads after 0.1 s where the carriage was at first.
-    late = experiment.start(window, {"delay.position": 0.1})
+    late = start(experiment, window, {"delay.position": 0.1})
     close([late["position0"], late["velocity0"]], [2.0 * 0.123, 2.0 * 0.26], "begin that is read late")
     known = {name: value for name, value in MACHINE.items() if not name.startswith(("gain", "offset"))}
-    assert start == {**known, "mass.moving": 1e4, "friction.law": "None", "incline": 0.0}
+    assert settings == {**known, "mass.moving": 1e4, "friction.law": "None", "incline": 0.0}
     assert window.begin.loose == ("chamberA.pressure0", "chamberB.pressure0")
     assert experiment.notes == ["a: the position is smoothed over 40 ms"] and experiment.forces(window, {}) is None
 
@@ -349,15 +380,20 @@ def test_sensor_reads_what_is_made_of_its_readings() -> None:
     close(experiment.true("force", np.array([5.0]), {}), [21.0], "truth")
     close(experiment.true("force", np.array([5.0]), {"gain.force": 2.0, "offset.force": 1.0}), [8.0], "fitted")
 
-    def read(truth: Array, **values: float) -> Array:
+    # A carriage without friction that no force moves goes on.
+    still = {"mass": 1.0, "friction.coulomb.Fc": 0.0, "friction.coulomb.sigma2": 0.0, "offset.force": 0.0}
+    experiment, window = make("force", {"position": POSITION, "force": 0.0 * TIME}, {**known, **still})
+
+    def read(speed: float, **values: float) -> Array:
+        going = replace(window, begin=Beginning({"position0": 0.0, "velocity0": speed}))
         fitted = {f"{name}.position": value for name, value in values.items()}
-        return POSITION - experiment.differences(window, {"position": truth}, fitted)["position"]
+        return readings(experiment, going, "position", fitted)[1]["position"]
 
     # A uniform rise is read late by the lag, after a while.
-    close(read(2.0 * TIME)[-1], 2.0 * (1.0 - 0.05) / 4.0 + 0.2, "late")
-    close(read(TIME, lag=0.0), TIME / 4.0 + 0.2, "without a lag")
-    close(read(TIME, lag=0.0, gain=2.0, offset=-1.0), TIME / 2.0 - 1.0, "fitted")
-    close(read(TIME, lag=0.0, delay=0.1)[50:], (TIME[50:] - 0.1) / 4.0 + 0.2, "delayed")
+    close(read(2.0)[-1], 2.0 * (1.0 - 0.05) / 4.0 + 0.2, "late")
+    close(read(1.0, lag=0.0), TIME / 4.0 + 0.2, "without a lag")
+    close(read(1.0, lag=0.0, gain=2.0, offset=-1.0), TIME / 2.0 - 1.0, "fitted")
+    close(read(1.0, lag=0.0, delay=0.1)[50:], (TIME[50:] - 0.1) / 4.0 + 0.2, "delayed")
     plain, window = make("force", {"position": POSITION, "force": FORCE}, {"gain.position": 1.0})
     assert plain.true("position", POSITION, {}) is POSITION
 
@@ -449,9 +485,9 @@ def test_late_readings_are_looked_up_in_the_whole_record() -> None:
     later = 40.0 + 5.0 * (TIME[300:400] + 0.01)
 
     def applied(delay: float) -> Array:
-        return experiment.inputs(part, {"delay.force": delay})["appliedForce"]
+        return inputs_of(experiment, part, {"delay.force": delay})["appliedForce"]
 
-    close(experiment.inputs(part, {})["appliedForce"], later, "force")
+    close(inputs_of(experiment, part)["appliedForce"], later, "force")
     close(applied(-0.02), later - 0.15, "force of what is fitted")
     assert np.array_equal(applied(0.0), part.driven["force"])
     # Beyond the end of a record there is its last reading.
