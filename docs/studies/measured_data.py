@@ -143,7 +143,7 @@ def draw_tribometer(fits: Sequence[ps.Fit], laws: Sequence[str]) -> Figure:
         figure = Drawing(figsize=(WIDTH, 2.6), layout="constrained")
         axes = figure.subplots(1, len(chosen), sharey=True, squeeze=False)[0]
         for axis, found in zip(axes, chosen, strict=True):
-            [window], [[difference]] = found.problem.windows, found.problem.differences([found.x])
+            [window], [difference] = found.problem.windows, found.problem.differences(found.x)
             end = slice(-SHOWN, None)
             force = window.record.signals["frictionForce"]
             place = 1e3 * (window.record.signals["position"] - window.record.signals["position"].mean())

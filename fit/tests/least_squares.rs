@@ -108,6 +108,29 @@ fn intervals_hold_the_truth_as_often_as_they_promise() {
     assert!(inside[1].iter().all(|count| *count >= 80), "bootstrap, of few blocks: {inside:?}");
 }
 
+/// The projected columns of the parameters are the residuals of their regression on the columns of the start values: orthogonal to
+/// these, and what a regression on both kinds finds is what one on the projected columns alone finds.
+#[test]
+fn start_values_are_taken_out_of_the_derivatives() {
+    let parameters = [linear("slope", 1.0), linear("bend", 0.5)];
+    let line = |time: f64, values: &[f64]| values[0] * time + values[1] * time * time;
+    let curve = Curve::new(line, &parameters, &[2.0, 0.7], &[0.3, -0.2], 5);
+    let found = linearised(&curve.problem(1), &[1.0, 0.5, 0.0, 0.0]).expect("nobody interrupts");
+    let count = curve.time.len();
+    assert_eq!(found.derivatives.shape(), (2 * count, 2));
+    for (place, column) in found.derivatives.column_iter().enumerate() {
+        let of: Vec<f64> = curve.time.iter().map(|time| time.powi(place as i32 + 1)).collect();
+        let mean = of.iter().sum::<f64>() / count as f64;
+        for (row, slope) in column.iter().enumerate() {
+            // A start value is a constant over its segment.
+            let expected = (mean - of[row % count]) / NOISE;
+            assert!((slope - expected).abs() < 1e-6 / NOISE, "{slope} at row {row}, not {expected}");
+        }
+    }
+    assert_eq!(found.scores.len(), 2 * count);
+    assert_eq!(found.records, [vec![0; count], vec![1; count]].concat());
+}
+
 #[test]
 fn a_bound_holds_and_is_named() {
     let parameters = [parameter("size", 1.0, [1e-3, 1.5]), parameter("rate", 3.0, [3e-3, 3e3])];

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from bounds import assert_close
 from numpy.typing import NDArray
-from pneumatic_servo import _native
 from pneumatic_servo.identification import intervals
 from pneumatic_servo.identification.intervals import Linearised, _blind, _bootstrap, certainty, covariance, hidden
 from pneumatic_servo.identification.parameters import Free
@@ -210,25 +209,3 @@ def test_what_is_not_determined_says_why(
     start = np.array([at])
     problem = fitted(monkeypatch, linear, free, start=start, low=np.array([low]), high=np.array([high]))
     assert hidden(problem) == ({} if reason is None else {free.name: reason})
-
-
-def test_what_windows_begin_with_is_taken_out_of_the_derivatives() -> None:
-    """The projected column of a parameter is the residual of its regression on the columns of start values."""
-    rng = np.random.default_rng(10)
-    slopes = rng.standard_normal((30, 3))
-    # Two windows of two records, each with a beginning of its own that the other does not see.
-    slopes[15:, 1], slopes[:15, 2] = 0.0, 0.0
-
-    def differences(vectors: Array, tolerance: float) -> Array:
-        assert tolerance == 1e-6
-        return np.array([1.0 - slopes @ x for x in vectors])
-
-    free, windows, noise = ("offset", "1", 0.0, -10.0, 10.0, 0.5, False), [(15, 1, 0), (15, 1, 1)], 0.5
-    problem = _native.LeastSquares([free], windows, [(noise, 0.0, False)], 1e-3, differences)
-    derivatives, scores, blocks, records = problem.linearised(np.zeros(3))
-    weighted = -slopes / noise
-    begins = weighted[:, 1:]
-    left = weighted[:, :1] - begins @ np.linalg.lstsq(begins, weighted[:, :1])[0]
-    assert_close(derivatives, left, within=1e-12, what="derivatives", why="differences of runs")
-    assert_close(scores, 1.0 / noise, rel=1e-15, what="scores")
-    assert blocks == [row // 2 for row in range(30)] and records == [0] * 15 + [1] * 15

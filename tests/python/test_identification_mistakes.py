@@ -115,7 +115,7 @@ def test_fit_that_leaves_noise_is_not_asked_for_faults(monkeypatch: pytest.Monke
     def asked(*_: object) -> None:
         raise AssertionError
 
-    monkeypatch.setattr("pneumatic_servo.identification.causes.native", asked)
+    monkeypatch.setattr("pneumatic_servo.identification.causes.free_of", asked)
     time = np.arange(0.0, 4.0, 2e-3)
     position = 1e-3 * np.sin(6.0 * time)
     friction = 7.0 * np.sign(np.append(0.0, np.diff(position))) + 0.05 * np.random.default_rng(0).standard_normal(2000)

@@ -83,7 +83,7 @@ def test_ratio_may_be_the_parameter(jac: str) -> None:
     [
         ([FC, f"{FS}=1.2*friction.stribeck.Fx"], ["no parameter friction.stribeck.Fx", "did you mean"]),
         ([f"{FS}=2*{FC}", f"{FC}=2*{FS}", VS], ["no parameter friction.stribeck.Fc", "comes later"]),
-        ([FC, f"{FS}=max({FC})"], ["max(friction.stribeck.Fc) is refused", "sqrt"]),
+        ([FC, f"{FS}=max({FC})"], ["max() is refused", "sqrt"]),
         ([FC, "ratio", f"{FS}=ratio*{FC}"], ["ratio is none of the model", "needs a start"]),
         ([FC, f"friction.stribeck.Fx=2*{FC}"], ["friction.stribeck.Fx"]),
         ([FC, FS, f"{FS}=2*{FC}"], ["Fs is given twice"]),

@@ -183,7 +183,7 @@ def test_fit_is_replayed_as_it_was_fitted(experiment: str, law: str, fit: str, i
     known: dict[str, Any] = {} if experiment == "mechanical" else {"supplyPressure": 6e5}
     found = ps.fit(RIG, experiment=experiment, law=law, fit=fit, columns=RIG_COLUMNS, settings=known, starts=0,
                    inputs=inputs, validation=0.2, progress=False)  # fmt: skip
-    [differences] = found.problem.differences([found.x])
+    differences = found.problem.differences(found.x)
     for number in (0, len(found.problem.windows) - 1):
         window, run = found.problem.windows[number], found.simulate(number)
         for signal in found.problem.experiment.compared:
