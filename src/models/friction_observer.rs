@@ -123,9 +123,7 @@ fn make_table() -> Table {
         ..variable
     };
     let shown = |name: &str, reference: u32, group: &str, text: &str| {
-        let variable = of(&computed, name);
-        let text = format!("{text} {name}: {}", variable.description);
-        like(variable, reference, format!("{group}{name}"), Role::Output, text)
+        like(of(&computed, name), reference, format!("{group}{name}"), Role::Output, format!("{text} {name}"))
     };
     let mut all = vec![Variable::time()];
     all.extend(inputs);

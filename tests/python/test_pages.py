@@ -27,6 +27,7 @@ NOT_HERE = {
     "docs/tools/rust.md": "its program takes minutes to compile, and is run by hand",
     "docs/own.md": "its commands begin crates, as the tests of xtask do",
     "docs/own-packing.md": "its command packs a model of your own, whose FMU test_own.py looks at",
+    "docs/observer.md": "its command packs the observer, whose FMU test_observer_fmu.py looks at",
     "docs/models.md": "its commands are the studies, which test_system_studies.py runs",
 }
 """Pages whose shell commands are not run by these tests, and why; their programs are."""
@@ -56,6 +57,8 @@ def folder(fmu: Path, tmp_path: Path) -> Path:
         for name in ("PneumaticServoCylinder.fmu", "PneumaticServoDrive.ssp"):
             (place / name).symlink_to(fmu.with_name(name).resolve())
     (tmp_path / "target" / "fmu" / "fmi3").symlink_to(fmu.with_name("fmi3").resolve())
+    packed_apart = fmu.parent.with_name("own") / "fmu" / "FrictionObserver.fmu"
+    (tmp_path / "target" / "fmu" / packed_apart.name).symlink_to(packed_apart.resolve())
     with zipfile.ZipFile(tmp_path / "PneumaticServoDrive.ssp") as archive:
         archive.extractall(tmp_path / "drive")
     (tmp_path / "drive" / "Components.ssd").replace(tmp_path / "drive" / "SystemStructure.ssd")

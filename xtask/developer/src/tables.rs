@@ -2,7 +2,7 @@
 
 use anyhow::{Context, Result, ensure};
 use pneumatic_servo::friction::LAWS;
-use pneumatic_servo::models;
+use pneumatic_servo::models::{self, friction_observer};
 use pneumatic_servo::variables::{Kind, Meaning, Role, Table as Variables, Variable};
 
 /// A table in a page, between a mark with its name and the end mark.
@@ -12,14 +12,15 @@ struct Table {
     of: fn(&Variables) -> String,
 }
 
-/// Generated tables and their pages; all are about the cylinder.
-const TABLES: [Table; 6] = [
+/// Generated tables and their pages; all are about the cylinder, and made from its variables.
+const TABLES: [Table; 7] = [
     Table { page: "README.md", name: "trajectories", of: trajectories },
     Table { page: "README.md", name: "names of the laws", of: names_of_laws },
     Table { page: "docs/friction-laws.md", name: "laws", of: laws },
     Table { page: "docs/parameters.md", name: "inputs", of: |variables| interface(variables, Role::Input) },
     Table { page: "docs/parameters.md", name: "outputs", of: |variables| interface(variables, Role::Output) },
     Table { page: "docs/parameters.md", name: "parameters", of: parameters },
+    Table { page: "docs/observer.md", name: "ports", of: ports },
 ];
 
 /// Cases of `tests/reference` of the cylinder, of its sensors and of the other models, each with a trajectory.
@@ -148,6 +149,21 @@ fn interface(variables: &Variables, role: Role) -> String {
     )
 }
 
+/// What the observer of the cylinder has beside the inputs and parameters of the cylinder, with units, or defaults where there are any.
+fn ports(cylinder: &Variables) -> String {
+    let own = friction_observer::MODEL.table().iter().filter(|it| cylinder.by_reference(it.reference).is_none());
+    let row = |variable: &Variable| {
+        let role = match variable.role {
+            Role::Input => "input",
+            Role::Output | Role::Local => "output",
+            _ => "parameter",
+        };
+        let value = if variable.start.is_some() { shown(variable) } else { kind(variable) };
+        format!("| {role} | `{}` | {value} | {} |\n", variable.name, variable.description)
+    };
+    format!("| | variable | unit, or default | |\n|---|---|---|---|\n{}", own.map(row).collect::<String>())
+}
+
 /// The unit of a real variable, the kind of any other.
 fn kind(variable: &Variable) -> String {
     match variable.kind {
@@ -196,7 +212,7 @@ mod tests {
 
     #[test]
     fn tables_of_all_pages_are_up_to_date() -> Result<()> {
-        assert_eq!(pages(), ["README.md", "docs/friction-laws.md", "docs/parameters.md"]);
+        assert_eq!(pages(), ["README.md", "docs/friction-laws.md", "docs/parameters.md", "docs/observer.md"]);
         for page in pages() {
             let text = std::fs::read_to_string(pneumatic_servo_packaging::workspace::home().join(page))?;
             assert!(text == renewed(page, &text)?, "{page} is out of date: run `cargo xtask describe`");

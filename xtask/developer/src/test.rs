@@ -1,7 +1,7 @@
 //! `cargo xtask test`: every check, in the order in which mistakes are cheapest to find.
 
 use std::ffi::OsString;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Duration;
 
@@ -179,6 +179,7 @@ impl Checks<'_> {
         let library = Library::for_tests(self.workspace)?;
         Package::default().finish(self.workspace, &[library])?;
         self.own_model(venv)?;
+        self.observer()?;
         let page = playground::page_if_possible(self.workspace)?;
         wheel::install(venv, &wheel::build(self.workspace, page.as_deref())?)?;
         heading("Python: types of the package");
@@ -205,10 +206,8 @@ impl Checks<'_> {
         Ok(())
     }
 
-    /// Packs the model among the examples as a user does; its FMUs are in target/own/fmu. What compiles the
-    /// program is the target directory of the project, where most of it is compiled already. The library is compiled without
-    /// optimization, in a fifth of the time: its bits are the same, as the run shows, and what a step costs is asked elsewhere.
-    /// With the tools for sources in C the FMUs have them, too, and give the bits of the library where FMPy compiles them.
+    /// Packs the model among the examples as a user does. With the tools for sources in C the FMUs have them, too, and give the bits of
+    /// the library where FMPy compiles them.
     fn own_model(&self, venv: &Venv) -> Result<()> {
         heading("A model of your own: pack its FMU");
         let missing = tools::require([("the sources in C", wasm::missing()?)]);
@@ -219,15 +218,8 @@ impl Checks<'_> {
                 ("package", None)
             }
         };
-        let folder = self.workspace.target.join("own");
-        let mut cargo = process::cargo();
-        cargo.args(["run", "--profile", "quick", "--features", features, "--example", "package"]);
-        cargo.args(["--manifest-path", "examples/own/model/Cargo.toml", "--target-dir"]).arg(&self.workspace.target);
-        cargo.arg("--").args(sources);
-        cargo.env("CARGO_TARGET_DIR", &folder);
-        cargo.env(ENVIRONMENTS, &self.workspace.environments);
-        cargo.env("CARGO_PROFILE_RELEASE_OPT_LEVEL", "0").env("CARGO_PROFILE_RELEASE_LTO", "off");
-        process::run(cargo.current_dir(&self.workspace.home))?;
+        let manifest = ["--features", features, "--manifest-path", "examples/own/model/Cargo.toml"];
+        let folder = self.pack_quickly(&manifest, sources)?;
         if sources.is_none() {
             return Ok(());
         }
@@ -237,6 +229,29 @@ impl Checks<'_> {
         python.args(["fmu", "fmu/fmi3"].map(|of| folder.join(of).join("QuarterCar.fmu")));
         python.arg("--experiments").arg(folder.join("experiments.json"));
         process::run(python.env("PATH", venv.path()?))
+    }
+
+    /// Packs the observer, whose library is apart from that of the other FMUs.
+    fn observer(&self) -> Result<()> {
+        heading("The observer: pack its FMU");
+        let package = ["--package", "pneumatic-servo-observer", "--features", "package"];
+        self.pack_quickly(&package, None).map(|_| ())
+    }
+
+    /// Runs the program `package` of a crate, and says in which folder its FMUs are: target/own, beside those of the project. What
+    /// compiles the program is the target directory of the project, where most of it is compiled already. The library is compiled
+    /// without optimization, in a fifth of the time: its bits are the same, as the run shows, and what a step costs is asked elsewhere.
+    fn pack_quickly(&self, of: &[&str], sources: Option<&str>) -> Result<PathBuf> {
+        let folder = self.workspace.target.join("own");
+        let mut cargo = process::cargo();
+        cargo.args(["run", "--profile", "quick", "--example", "package"]).args(of);
+        cargo.arg("--target-dir").arg(&self.workspace.target);
+        cargo.arg("--").args(sources);
+        cargo.env("CARGO_TARGET_DIR", &folder);
+        cargo.env(ENVIRONMENTS, &self.workspace.environments);
+        cargo.env("CARGO_PROFILE_RELEASE_OPT_LEVEL", "0").env("CARGO_PROFILE_RELEASE_LTO", "off");
+        process::run(cargo.current_dir(&self.workspace.home))?;
+        Ok(folder)
     }
 
     /// Begins a crate of each kind in an empty folder, as a user does, and checks that all compile; the tests of the model run,
