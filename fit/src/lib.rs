@@ -28,7 +28,9 @@ mod refused;
 pub mod runs;
 pub mod search;
 pub mod sensor;
+pub mod signals;
 pub mod smoothing;
+pub mod tables;
 pub mod units;
 pub mod verdict;
 

@@ -219,6 +219,17 @@ pub fn to_si(text: &str, si: &str, is_above_ambient: bool) -> Result<(f64, f64),
     Err(format!("the unit {} is refused; {near}it must be one of {}", text.trim(), names.join(", ")))
 }
 
+/// Values of a unit in an SI unit, by factor and offset; a thousandth is a quotient, so that 250 mm are 0.25 m.
+pub fn scaled(values: &[f64], (factor, offset): (f64, f64)) -> Vec<f64> {
+    if (factor, offset) == (1.0, 0.0) {
+        return values.to_vec();
+    }
+    let inverse = (1.0 / factor).round();
+    let is_exact = factor < 1.0 && (inverse * factor - 1.0).abs() < 1e-14;
+    let scale = |value: &f64| if is_exact { value / inverse } else { value * factor } + offset;
+    values.iter().map(scale).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use pneumatic_servo::variables::units;
@@ -252,6 +263,16 @@ mod tests {
         for (text, offset) in [("barg", 0.0), ("bar", 0.0), ("bara", -STANDARD_ATMOSPHERE)] {
             assert_eq!(to_si(text, "Pa", true).expect(text).1, offset, "{text}");
         }
+    }
+
+    #[test]
+    fn thousandths_are_quotients() {
+        let of = |text: &str, si: &str, value| scaled(&[value], to_si(text, si, false).expect(text))[0];
+        assert_eq!(of("mm", "m", 250.061), 250.061 / 1000.0);
+        assert_eq!(of("um", "m", 3.0), 3.0 / 1e6);
+        assert_eq!(of("barg", "Pa", 1.0), 201_325.0);
+        assert_eq!(of("degC", "K", 20.0), 293.15);
+        assert_eq!(of("min", "s", 1.5), 90.0);
     }
 
     #[test]

@@ -96,6 +96,40 @@ def meant(unit: str, value: float, low: float, high: float, shown: str, usual: f
 
 STANDARD_ATMOSPHERE: float
 
+def is_clock(text: str) -> bool: ...
+def names_and_units(header: Sequence[str]) -> tuple[list[str], list[str | None]]: ...
+def read_table(
+    file: str, data: bytes
+) -> tuple[
+    list[str],
+    list[str],
+    list[str | None],
+    _Array,
+    NDArray[np.int64],
+    int,
+    dict[int, str],
+    dict[int, int],
+    set[int],
+]: ...
+def proposed_columns(
+    names: Sequence[str], units: Sequence[str | None], signals: Sequence[str]
+) -> list[tuple[str, int, str | None]]: ...
+def scaled(values: _Array, factor: float, offset: float) -> _Array: ...
+def table_signals(
+    table: tuple[
+        str,
+        Sequence[str],
+        Sequence[str | None],
+        _Array,
+        NDArray[np.int64],
+        int,
+        Mapping[int, str],
+        Mapping[int, int],
+        set[int],
+    ],
+    chosen: Sequence[tuple[str, int, str, str, bool]],
+) -> tuple[list[_Array], list[str]]: ...
+def seconds_since_first(texts: Sequence[str]) -> list[float] | None: ...
 def unit_like(text: str, si: str | None = None) -> tuple[bool, str | None]: ...
 def unit_scale(text: str, si: str, is_above_ambient: bool) -> tuple[float, float]: ...
 def units_of(si: str) -> list[str]: ...

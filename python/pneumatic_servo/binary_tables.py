@@ -3,16 +3,80 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from pneumatic_servo.columns import Table
 from pneumatic_servo.errors import MissingPackage
-from pneumatic_servo.recorders import Channels
 
 Array = NDArray[np.float64]
+
+
+@dataclass
+class Channels:
+    """Columns of a recorder, each with its clock.
+
+    Attributes
+    ----------
+    header, names : list of str
+        Names as they stand in the file, and as they are chosen without saying so: ``time`` of the first clock.
+    units : list of str or None
+        Their units.
+    columns : list of ndarray
+        Their samples; clocks of their own may have other lengths.
+    clocks : dict
+        By the place of a column the place of its clock, where that is not the first one.
+    """
+
+    header: list[str] = field(default_factory=list)
+    names: list[str] = field(default_factory=list)
+    units: list[str | None] = field(default_factory=list)
+    columns: list[Array] = field(default_factory=list)
+    clocks: dict[int, int] = field(default_factory=dict)
+
+    def add_clock(self, times: Array, unit: str, header: str = "time") -> int:
+        """Return the place of a clock: of one that is there with the same times, or of a new one."""
+        for place, (name, own) in enumerate(zip(self.names, self.columns, strict=True)):
+            if name.startswith("time") and self.units[place] == unit and np.array_equal(own, times):
+                return place
+        number = sum(name.startswith("time") for name in self.names)
+        behind = "" if number == 0 else f" {number + 1}"
+        return self._add(f"{header}{behind}", f"time{behind}", unit, times)
+
+    def add(self, name: str, unit: str | None, values: Array, clock: int) -> None:
+        """Add a channel."""
+        place = self._add(name, name, unit, values)
+        if clock != 0:
+            self.clocks[place] = clock
+
+    def table(self, file: Path) -> Table:
+        """Return the table; columns are NaN behind their last sample, those that are no numbers are refused later."""
+        if not self.columns:
+            raise ValueError(f"{file}: there are no channels of numbers in it")
+        number = max(len(column) for column in self.columns)
+        values, faults = np.full((number, len(self.columns)), np.nan), {}
+        for at, column in enumerate(self.columns):
+            place = f"{file}, column {at + 1} ({self.names[at]})"
+            if np.asarray(column).dtype.kind not in "fiu":
+                faults[at] = f"{place}: it is no numbers"
+                continue
+            values[: len(column), at] = column
+            wrong = np.flatnonzero(~np.isfinite(values[: len(column), at]))
+            if len(wrong):
+                faults[at] = f"{place}: value {wrong[0]} is {values[wrong[0], at]}"
+        lines = np.arange(number)
+        return Table(file, self.header, self.names, self.units, values, lines, 0, faults=faults, clocks=self.clocks)
+
+    def _add(self, header: str, name: str, unit: str | None, values: Array) -> int:
+        self.header.append(header)
+        self.names.append(name)
+        self.units.append(unit)
+        self.columns.append(values)
+        return len(self.columns) - 1
 
 
 def of_tdms(file: Path) -> Channels:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping, Sequence
 from collections.abc import Set as AbstractSet
 from dataclasses import dataclass, field
@@ -15,12 +14,6 @@ from pneumatic_servo import _native
 from pneumatic_servo.units import scale
 
 Array = NDArray[np.float64]
-
-WITH_UNIT = re.compile(
-    r"(.+?)\s*(?:\[\s*([^\[\]]*?)\s*\]|\(\s*([^()]*?(?:\([^()]*\))?)\s*\)|(?:/\s*|\s+in\s+)(\S+|\([^()]*\)))"
-)
-
-ELEMENT = re.compile(r".*\S\[\d+\]")
 
 
 @dataclass(frozen=True)
@@ -82,47 +75,17 @@ class Table:
         times, offset = scale(unit, si, place, is_above_ambient=is_above_ambient)
         if times == 1.0 and offset == 0.0:
             return np.ascontiguousarray(self.values[:, column])
-        inverse = round(1.0 / times)
-        is_exact = times < 1.0 and abs(inverse * times - 1.0) < 1e-14
-        column_values = self.values[:, column]
-        scaled = column_values / inverse if is_exact else column_values * times
-        return np.ascontiguousarray(scaled + offset)
+        return _native.scaled(self.values[:, column], times, offset)
 
+    def signals(self, chosen: Sequence[tuple[str, int, str, str, bool]]) -> tuple[dict[str, Array], list[str]]:
+        """Return chosen columns in SI units at the samples of that for ``time``, and those of other clocks.
 
-def names_and_units(header: Sequence[str]) -> tuple[list[str], list[str | None]]:
-    """Return the names in a header without the units behind them, and the units.
-
-    What stands in brackets is a unit, and so is what is written otherwise and is like a known one: an unknown unit is
-    refused where somebody asks for its column.
-    """
-    names: list[str] = []
-    units: list[str | None] = []
-    for text in header:
-        match = WITH_UNIT.fullmatch(text)
-        # `friction.gms.alpha[1]` is an element, `reading [1]` has the unit 1.
-        if ELEMENT.fullmatch(text):
-            match = None
-        unit = _unit_in(match) if match else None
-        names.append(match[1] if match and unit is not None else text)
-        units.append(unit)
-    return names, units
-
-
-def _unit_in(match: re.Match[str]) -> str | None:
-    bracketed, *others = match.groups()[1:]
-    text = next(text for text in (bracketed, *others) if text is not None).strip()
-    if text == "1":
-        return text
-    is_known, near = _native.unit_like(text)
-    # A letter behind a name is a chamber, a number one of several; a ratio is no unit.
-    is_name = len(text) < 2 or text.isdigit()
-    return text if is_known or (not is_name and (near is not None or bracketed is not None)) else None
-
-
-def unit_of(text: str) -> str | None:
-    """Return a unit that is written so, if it is a known one."""
-    text = text.strip()
-    for bare in (text, text.strip("[]()")):
-        if _native.unit_like(bare)[0]:
-            return bare
-    return None
+        Commands are held and readings run on straight lines between their samples. A chosen column is signal, place,
+        unit, SI unit, and whether its sign is turned.
+        """
+        table = (
+            str(self.file), self.names, self.units, self.values, self.lines, self.first, dict(self.faults),
+            dict(self.clocks), set(self.gaps),
+        )  # fmt: skip
+        samples, others = _native.table_signals(table, chosen)
+        return {signal: values for (signal, *_), values in zip(chosen, samples, strict=True)}, others

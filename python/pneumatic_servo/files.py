@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import codecs
 import csv
 import gzip
 import os
@@ -18,8 +17,8 @@ STREAMS = {"/dev/stdout": 1, "/dev/stderr": 2}
 DESCRIPTOR = re.compile(r"/(?:dev|proc/self)/fd/(\d+)")
 
 
-def text_of(file: Path, encoding: str | None = None) -> str:
-    """Return the text of a table: UTF-8, UTF-16 with a byte order mark, else Windows-1252, unless an encoding is given.
+def text_bytes(file: Path, encoding: str | None = None) -> bytes:
+    """Return the bytes of a text as they are, or in UTF-8 if an encoding is given.
 
     Raises
     ------
@@ -27,28 +26,17 @@ def text_of(file: Path, encoding: str | None = None) -> str:
         For what is no text in this encoding, or an encoding that there is not; it names the file.
     """
     data = file.read_bytes()
+    if encoding is None:
+        return data
     if data[:2] == b"\x1f\x8b":
         data = gzip.decompress(data)
-    if data[:4] in (b"PK\3\4", b"\xd0\xcf\x11\xe0"):
-        raise ValueError(f"{file}: it is a workbook, not a table of text; give pandas.read_excel({str(file)!r})")
-    marked = data[:2] in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
-    tried = [encoding] if encoding is not None else ["utf-16"] if marked else ["utf-8-sig", "cp1252"]
-    fault = ""
-    for name in tried:
-        try:
-            text = data.decode(name)
-        except LookupError:
-            raise ValueError(f"encoding={name!r}: there is no such encoding") from None
-        except UnicodeError as error:
-            byte = f"byte 0x{error.object[error.start]:02x}" if isinstance(error, UnicodeDecodeError) else "it"
-            fault = f"{file}: {byte} is no text in {name}"
-        else:
-            if "\0" in text:
-                fault = f"{file}: it is no text in {name}, since it has bytes of 0"
-                continue
-            return text
-    hint = "; encoding= says in which it is" if encoding is None else ""
-    raise ValueError(fault + hint)
+    try:
+        return data.decode(encoding).encode()
+    except LookupError:
+        raise ValueError(f"encoding={encoding!r}: there is no such encoding") from None
+    except UnicodeError as error:
+        byte = f"byte 0x{error.object[error.start]:02x}" if isinstance(error, UnicodeDecodeError) else "it"
+        raise ValueError(f"{file}: {byte} is no text in {encoding}") from None
 
 
 def check_place(file: Path) -> None:

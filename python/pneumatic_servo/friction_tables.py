@@ -67,7 +67,7 @@ def friction_table(velocity: Any, force: Any = None) -> dict[str, Any]:
 def _columns(given: Any) -> tuple[Any, Any, tuple[str, NDArray[np.int64]] | None]:
     """Return velocity in m/s and force in N of a file, a table or points; of a file also its name and lines."""
     if isinstance(given, str | Path):
-        from pneumatic_servo.delimited import read_text
+        from pneumatic_servo.tables import read_text
 
         table = read_text(Path(given))
         places = _native.friction_columns(str(given), table.names)
@@ -76,10 +76,8 @@ def _columns(given: Any) -> tuple[Any, Any, tuple[str, NDArray[np.int64]] | None
         ]
         return found[0], found[1], (str(given), table.lines)
     if isinstance(given, Mapping) or hasattr(given, "columns"):
-        from pneumatic_servo.columns import names_and_units
-
         headers = [str(name) for name in (given.columns if hasattr(given, "columns") else given)]
-        names, units = names_and_units(headers)
+        names, units = _native.names_and_units(headers)
         found = []
         for place, si in zip(_native.friction_columns("the table", names), UNITS.values(), strict=True):
             column = given[headers[place]]

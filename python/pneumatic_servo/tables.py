@@ -14,11 +14,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pneumatic_servo import binary_tables
-from pneumatic_servo.clock import is_clock, seconds_since_first
-from pneumatic_servo.columns import Table, names_and_units
-from pneumatic_servo.delimited import read_text
+from pneumatic_servo import _native, binary_tables
+from pneumatic_servo.columns import Table
 from pneumatic_servo.errors import MissingPackage
+from pneumatic_servo.files import text_bytes
 from pneumatic_servo.numerals import finite
 from pneumatic_servo.run import Run
 
@@ -47,6 +46,14 @@ def read_table(file: str | Path, encoding: str | None = None) -> Table:
     if suffix in (".mf4", ".mdf"):
         return binary_tables.of_mdf(file).table(file)
     return read_text(file, encoding)
+
+
+def read_text(file: Path, encoding: str | None = None) -> Table:
+    """Read a table in a text; errors name file, line, column and value."""
+    header, names, units, columns, lines, first, faults, clocks, gaps = _native.read_table(
+        str(file), text_bytes(file, encoding)
+    )
+    return Table(file, header, names, units, columns.T, lines, first, faults=faults, clocks=clocks, gaps=gaps)
 
 
 def table_of(source: Any, name: str) -> Table | None:
@@ -137,7 +144,7 @@ def numbers(column: Any) -> NDArray[np.float64]:
     if listed and isinstance(listed[0], timedelta):
         return np.array([one.total_seconds() for one in listed])
     if listed and found.ndim == 1 and not isinstance(listed[0], int | float):
-        clock = seconds_since_first([str(one) for one in listed])
+        clock = _native.seconds_since_first([str(one) for one in listed])
         if clock is not None:
             return np.array(clock)
     return np.asarray(found if listed is None else listed, dtype=float)
@@ -156,7 +163,7 @@ def _of_mat(file: Path) -> Table:
 
 
 def _of_columns(file: Path, header: list[str], columns: Sequence[NDArray[Any]]) -> Table:
-    names, units = names_and_units(header)
+    names, units = _native.names_and_units(header)
     lengths = [len(values) for values in columns]
     # A vector of another length is refused where somebody asks for it.
     usual = max(lengths, key=lengths.count, default=0)
@@ -181,7 +188,7 @@ def _of_columns(file: Path, header: list[str], columns: Sequence[NDArray[Any]]) 
 
 
 def _are_times(column: NDArray[Any]) -> bool:
-    return column.dtype.kind in "mM" or (len(column) > 0 and is_clock(str(column[0])))
+    return column.dtype.kind in "mM" or (len(column) > 0 and _native.is_clock(str(column[0])))
 
 
 def _column(file: Path, number: int, name: str, column: NDArray[Any]) -> Array:

@@ -24,6 +24,7 @@ mod simulation;
 mod single;
 mod slopes;
 mod ssv;
+mod table;
 mod threads;
 mod transition;
 mod units;
@@ -71,6 +72,13 @@ fn fill(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(single::simulate, module)?)?;
     module.add_function(wrap_pyfunction!(ssv::ssv, module)?)?;
     module.add("STANDARD_ATMOSPHERE", pneumatic_servo_fit::units::STANDARD_ATMOSPHERE)?;
+    module.add_function(wrap_pyfunction!(table::is_clock, module)?)?;
+    module.add_function(wrap_pyfunction!(table::names_and_units, module)?)?;
+    module.add_function(wrap_pyfunction!(table::proposed_columns, module)?)?;
+    module.add_function(wrap_pyfunction!(table::scaled, module)?)?;
+    module.add_function(wrap_pyfunction!(table::table_signals, module)?)?;
+    module.add_function(wrap_pyfunction!(table::read_table, module)?)?;
+    module.add_function(wrap_pyfunction!(table::seconds_since_first, module)?)?;
     module.add_function(wrap_pyfunction!(units::unit_like, module)?)?;
     module.add_function(wrap_pyfunction!(units::unit_scale, module)?)?;
     module.add_function(wrap_pyfunction!(units::units_of, module)?)

@@ -93,17 +93,17 @@ def test_what_is_no_number_is_named() -> None:
         (DATA, "time=time[mm]",
          "columns='time=time[mm]': the unit mm is refused; it must be one of s, ms, us, ns, min, h, d"),
         (pandas.DataFrame(DATA), None, None),
-        (pandas.DataFrame({"t": [0.0], "x": [1.0]}), None,
-         "record 3:0: there is no column `time`, only t, x; columns says which column is which signal, for example "
+        (pandas.DataFrame({"a": [0.0], "b": [1.0]}), None,
+         "record 3:0: there is no column `time`, only a, b; columns says which column is which signal, for example "
          "time=t,position=x[mm]"),
         (pandas.DataFrame(DATA), "time=time,position=y",
          "record 3:0: there is no column y for position; there are time, x, p"),
         (pandas.DataFrame({"time": [0.0, 2.0, 2.0]}), None,
-         "record 3:2, column time: time must rise, but 2.0 s follows 2.0 s"),
+         "record 3:2, column time: time must rise, but 2 s follows 2 s"),
         (pandas.DataFrame({"t": [0.0, 2.0, 1.0]}), "time=t[ms]",
-         "record 3:2, column t: time must rise, but 1.0 ms follows 2.0 ms"),
+         "record 3:2, column t: time must rise, but 1 ms follows 2 ms"),
         (pandas.DataFrame({"time [min]": [3.0, 2.0]}), None,
-         "record 3:1, column time: time must rise, but 2.0 min follows 3.0 min"),
+         "record 3:1, column time: time must rise, but 2 min follows 3 min"),
         (pandas.DataFrame({"time": []}), None, "record 3: there are no rows below the header"),
         (pandas.DataFrame({"time": [0.0], "x [V]": [1.0]}), "time=time,position=x",
          "record 3:0, column 2 (x): the unit V is refused; it must be one of m, cm, mm, um, nm, in, ft, or for "
@@ -118,6 +118,16 @@ def test_table_that_is_refused_says_where(source: Any, columns: str | None, text
         return
     with refused(text):
         read(source, columns)
+
+
+def test_columns_of_usual_names_are_taken_where_none_has_the_name_of_a_signal() -> None:
+    """In English and German, which a warning tells; a column that is named as a signal leaves the others alone."""
+    frame = pandas.DataFrame({"Zeit [ms]": [0.0, 1.0], "Weg [mm]": [1.0, 2.0], "F_N": [5.0, 6.0], "note": [0.0, 0.0]})
+    with pytest.warns(UserWarning, match=r"Zeit \[ms\] for time, Weg \[mm\] for position, F_N for force"):
+        found = read(frame)
+    assert values(found) == {"time": [0.0, 0.001], "position": [0.001, 0.002], "force": [5.0, 6.0]}
+    named = pandas.DataFrame({"time": [0.0, 1.0], "position": [1.0, 2.0], "F": [5.0, 6.0]})
+    assert values(read(named)).keys() == {"time", "position"}
 
 
 def test_units_are_those_that_are_given_or_written() -> None:

@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 import pneumatic_servo as ps
 import pytest
+from pneumatic_servo import _native
 from pneumatic_servo.chosen_columns import columns_of
-from pneumatic_servo.columns import names_and_units
-from pneumatic_servo.delimited import read_text
 from pneumatic_servo.errors import PlantWarning
 from pneumatic_servo.identification.signals import SIGNALS
 from pneumatic_servo.identification.table import measured
+from pneumatic_servo.tables import read_text
 
 TIME = np.arange(0.0, 1.0, 0.01)
 ATMOSPHERE = 101325.0
@@ -69,7 +69,7 @@ def test_unit_of_columns_counts_and_is_told() -> None:
 def test_names_keep_what_is_no_unit() -> None:
     """A word, an element, a chamber, a ratio and a number are none."""
     header = ["Position (left)", "friction.gms.alpha[1]", "F/x", "reading (2)", "x_KN"]
-    assert names_and_units(header) == (header, [None] * len(header))
+    assert _native.names_and_units(header) == (header, [None] * len(header))
 
 
 class Quantity:

@@ -98,7 +98,9 @@ def test_encoding_is_taken_as_given(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match=r"a\.csv: byte 0x94 is no text in utf-8"):
         ps.fit(file, experiment="motion", law="Coulomb", encoding="utf-8", progress=False)
     file.write_bytes(b"t;x\n0;\x81\n")
-    with pytest.raises(ValueError, match=r"a\.csv: byte 0x81 is no text in cp1252; encoding= says in which it is"):
+    with pytest.raises(
+        ValueError, match=r"a\.csv: byte 0x81 is no text in Windows-1252; encoding= says in which it is"
+    ):
         read_table(file)
 
 

@@ -79,7 +79,7 @@ def test_labview(tmp_path: Path, x_columns: str, options: dict[str, Any]) -> Non
 
 def test_labview_without_a_time_is_refused(tmp_path: Path) -> None:
     lines = [line for line in labview("No") if not line.startswith("Delta_X")]
-    with pytest.raises(ValueError, match=r"X_Columns is No, and Delta_X of pos is nan: there is no time"):
+    with pytest.raises(ValueError, match=r"X_Columns is No, and Delta_X of pos is not there: there is no time"):
         read_table(text(tmp_path / "a.lvm", lines))
 
 

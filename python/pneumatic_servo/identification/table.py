@@ -10,9 +10,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pneumatic_servo import _native
 from pneumatic_servo.argument_names import quoted
 from pneumatic_servo.chosen_columns import Column
-from pneumatic_servo.columns import Table, names_and_units
+from pneumatic_servo.columns import Table
 from pneumatic_servo.errors import warn
 from pneumatic_servo.identification.signals import ABOVE_AMBIENT, SIGNALS, si_of
 from pneumatic_servo.names import did_you_mean
@@ -100,7 +101,7 @@ def _of_run(number: int, run: Run) -> Measured:
 def _of_mapping(number: int, source: Mapping[str, Any], columns: Mapping[str, Column] | None) -> Measured:
     name = f"record {number}"
     header = [str(key) for key in source]
-    names, units = names_and_units(header)
+    names, units = _native.names_and_units(header)
     meant = {signal: column.among(header, names)[0] for signal, column in (columns or {}).items()}
     if columns is None or (set(names) <= set(SIGNALS) and not all(meant.values())):
         unknown = next((key for key in names if key not in SIGNALS), None)
@@ -154,7 +155,7 @@ def _of_table(table: Table, name: str, columns: Mapping[str, Column] | None) -> 
     chosen = {signal: column for signal, (_, column) in found.items()}
     if not len(table.values):
         raise ValueError(f"{table.file}: there are no rows below the header")
-    signals, written, stated = {}, {}, {}
+    wanted, written, stated = [], {}, {}
     for signal, column in chosen.items():
         place = places[signal]
         if table.names[place] in table.between:
@@ -162,58 +163,37 @@ def _of_table(table: Table, name: str, columns: Mapping[str, Column] | None) -> 
         where = f"{table.file}:{table.first}, column {place + 1} ({table.names[place]})"
         unit = _unit_of(table.units[place], signal, column, where)
         si = SIGNALS[signal] if unit is None else si_of(signal, unit, where)
-        values = table.in_si(place, unit or si, si, is_above_ambient=signal in ABOVE_AMBIENT, has_gaps=signal != "time")
-        signals[signal] = -values if column.turned else values
+        wanted.append((signal, place, unit or si, si, column.turned))
         written[signal] = f"{column.name} in {unit or si}"
         if unit is not None:
             stated[signal] = (si, where)
+    signals, others = table.signals(wanted)
+    if others:
+        warn(
+            f"{name}: {', '.join(others)} {'was' if len(others) == 1 else 'were'} read at other times than "
+            f"{chosen['time'].name}; commands are held and readings run on straight lines between their samples"
+        )
     for signal in DRIVEN if table.is_recorded else ():
         if signal in signals:
             signals[signal] = held_from(signals[signal])
-    _check_time(table, places["time"], chosen["time"])
-    signals = _on_one_clock(table, name, signals, places, chosen["time"])
     return Measured(name, signals, lambda signal, row: table.where(row, places[signal]), written, stated)
 
 
-def _on_one_clock(
-    table: Table, name: str, signals: Mapping[str, Array], places: Mapping[str, int], time: Column
-) -> dict[str, Array]:
-    """Return signals at the samples of the chosen clock: commands held, readings on straight lines.
-
-    A channel has a clock of its own in files of some recorders, or empty cells where it was not read.
-    """
-    clocks = {
-        signal: table.clocks.get(place, 0) if table.clocks else places["time"] for signal, place in places.items()
-    }
-    clocks["time"] = places["time"]
-    slow = [signal for signal, values in signals.items() if signal != "time" and np.isnan(values).any()]
-    others = [signal for signal in signals if clocks[signal] != places["time"] or signal in slow]
-    if not others and not np.isnan(signals["time"]).any():
-        return dict(signals)
-    grid = signals["time"][np.isfinite(signals["time"])]
-    found = {signal: values[: len(grid)] for signal, values in signals.items() if signal not in others}
-    begin, end = grid[0], grid[-1]
-    for signal in others:
-        at = clocks[signal]
-        own = table.in_si(at, table.units[at] or time.unit or "s", "s") if at != places["time"] else signals["time"]
-        known = np.isfinite(own) & np.isfinite(signals[signal])
-        own, values = own[known], signals[signal][known]
-        if not len(own):
-            raise ValueError(f"{name}: {signal} has no sample")
-        begin, end = max(begin, own[0]), min(end, own[-1])
-        held = values[np.clip(np.searchsorted(own, grid, side="right") - 1, 0, None)]
-        found[signal] = held if signal in DRIVEN else np.interp(grid, own, values)
-    inside = (grid >= begin) & (grid <= end)
-    warn(
-        f"{name}: {', '.join(others)} {'was' if len(others) == 1 else 'were'} read at other times than {time.name}; "
-        "commands are held and readings run on straight lines between their samples"
-    )
-    return {signal: found[signal][inside] for signal in signals}
-
-
 def _by_name(table: Table) -> dict[str, Column]:
-    """Return the columns that have the names of signals."""
+    """Return the columns that have the names of signals; without any, those with usual ones, which a warning tells."""
     found = {name: Column(name, None) for name in table.names if name in SIGNALS}
+    if found.keys() <= {"time"}:
+        usual = _native.proposed_columns(table.names, table.units, list(SIGNALS))
+        if len(usual) > 1 and "time" in [signal for signal, *_ in usual]:
+            told = ", ".join(f"{table.header[place]} for {signal}" for signal, place, _ in usual)
+            warn(
+                f"{table.file}:{table.first}: by their names columns are taken, {told}; {quoted('columns')} says others"
+            )
+            # A unit in the table is said there.
+            return {
+                signal: Column(table.names[place], None if unit == table.units[place] else unit)
+                for signal, place, unit in usual
+            }
     if "time" not in found:
         there = ", ".join(table.header)
         raise ValueError(
@@ -268,19 +248,6 @@ def _check_unit(signal: str, column: Column) -> None:
     """Refuse a given unit that the signal does not have."""
     if column.unit is not None:
         si_of(signal, column.unit, quoted("columns", f"{signal}={column.typed}"))
-
-
-def _check_time(table: Table, place: int, column: Column) -> None:
-    times = table.values[:, place]  # as written, for the message
-    times = times[: len(times) - int(np.argmax(np.isfinite(times[::-1])))] if place not in table.faults else times
-    falls = np.flatnonzero(np.diff(times) <= 0.0)
-    if len(falls):
-        row = int(falls[0]) + 1
-        unit = column.unit or table.units[place] or "s"
-        raise ValueError(
-            f"{table.file}:{table.lines[row]}, column {column.name}: time must rise, "
-            f"but {times[row]} {unit} follows {times[row - 1]} {unit}"
-        )
 
 
 def listed(data: Any) -> Sequence[Any]:

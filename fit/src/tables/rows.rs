@@ -1,0 +1,169 @@
+//! Numbers below the names of a table.
+
+use std::borrow::Cow;
+
+use crate::Refused;
+use crate::tables::cells::{SEPARATORS, is_decimal, may_have_thousands, split, trim};
+use crate::tables::clock::{is_clock, seconds_since_first};
+
+/// A column as it is read.
+#[derive(Default)]
+pub struct Column {
+    /// Its numbers; NaN where there is none, and everywhere in a column with a fault that is not slow.
+    pub values: Vec<f64>,
+    /// What is wrong with it.
+    pub fault: Option<String>,
+    /// Whether empty cells are all that is wrong with it.
+    pub is_slow: bool,
+    /// Whether it has times of the clock.
+    pub is_clock: bool,
+    /// Cells that are no numbers.
+    wrong: usize,
+    /// Cells that are empty, and cells that are true or false.
+    empty: usize,
+    logical: usize,
+}
+
+/// Reads the rows of a table.
+pub fn read(file: &str, body: &[(usize, &str)], separator: char, names: &[String]) -> Result<Vec<Column>, Refused> {
+    let has_comma = has_decimal_commas(file, body, separator, names)?;
+    let place = |line: usize, at: usize| place(file, line, at, names);
+    let mut columns: Vec<Column> = names.iter().map(|_| Column::default()).collect();
+    let mut clocks: Vec<Option<Vec<String>>> = vec![None; names.len()];
+    let mut found = Vec::with_capacity(names.len());
+    for (row, &(number, line)) in body.iter().enumerate() {
+        if !split(line, separator, &mut found) {
+            return Err(Refused(format!("{file}:{number}: a quote is not closed")));
+        }
+        if separator != ' ' {
+            trim(&mut found, names.len());
+        }
+        if found.len() != names.len() {
+            let hint = other_separator(line, separator);
+            return Err(Refused(format!(
+                "{file}:{number}: {} values, but the header has {} columns{hint}",
+                found.len(),
+                names.len()
+            )));
+        }
+        for (at, cell) in found.iter().enumerate() {
+            if row == 0 && is_clock(cell) {
+                clocks[at] = Some(Vec::with_capacity(body.len()));
+            }
+            match &mut clocks[at] {
+                Some(texts) => texts.push(cell.clone().into_owned()),
+                None => columns[at].take(cell, has_comma, || place(number, at)),
+            }
+        }
+    }
+    for (at, column) in columns.iter_mut().enumerate() {
+        match &clocks[at] {
+            Some(texts) => column.take_clock(texts, |row| place(body[row].0, at)),
+            None => column.finish(),
+        }
+    }
+    Ok(columns)
+}
+
+fn place(file: &str, line: usize, at: usize, names: &[String]) -> String {
+    format!("{file}:{line}, column {} ({})", at + 1, names.get(at).map_or("", String::as_str))
+}
+
+impl Column {
+    fn take(&mut self, cell: &str, has_comma: bool, place: impl Fn() -> String) {
+        let value = match finite(cell, has_comma) {
+            Ok(value) => value,
+            Err(problem) => {
+                self.fault.get_or_insert_with(|| format!("{}: {problem}", place()));
+                self.wrong += 1;
+                self.empty += usize::from(cell.is_empty());
+                let logical =
+                    [("true", 1.0), ("false", 0.0)].into_iter().find(|(word, _)| cell.eq_ignore_ascii_case(word));
+                self.logical += usize::from(logical.is_some());
+                logical.map_or(f64::NAN, |(_, value)| value)
+            }
+        };
+        self.values.push(value);
+    }
+
+    fn finish(&mut self) {
+        self.is_slow = self.wrong > 0 && self.wrong == self.empty;
+        // An input may be true or false.
+        if self.wrong > 0 && !self.is_slow && self.logical < self.values.len() {
+            self.values.fill(f64::NAN);
+        }
+    }
+
+    fn take_clock(&mut self, texts: &[String], place: impl Fn(usize) -> String) {
+        self.values = vec![f64::NAN; texts.len()];
+        match seconds_since_first(texts.iter().map(String::as_str)) {
+            Ok(Some(seconds)) => (self.values, self.is_clock) = (seconds, true),
+            Ok(None) => {
+                let row = texts.iter().position(|text| !is_clock(text)).unwrap_or_default();
+                self.fault = Some(format!("{}: '{}' is no time, as '{}' above is", place(row), texts[row], texts[0]));
+            }
+            Err(problem) => self.fault = Some(format!("{}: {problem}", place(0))),
+        }
+    }
+}
+
+/// The number that a cell stands for, or what is wrong with it.
+pub fn finite(cell: &str, has_comma: bool) -> Result<f64, String> {
+    let text = if has_comma && cell.contains(',') { Cow::Owned(cell.replace(',', ".")) } else { Cow::Borrowed(cell) };
+    match text.trim().parse::<f64>() {
+        Ok(value) if value.is_finite() => Ok(value),
+        Ok(_) => Err(format!("{} is not finite", cell.trim())),
+        Err(_) => {
+            let marks = [',', '.', '\'', ' ', '\u{a0}', '\u{202f}'];
+            let is_grouped = cell.contains(marks) && cell.bytes().any(|byte| byte.is_ascii_digit());
+            let only = |letter: char| letter.is_ascii_digit() || "+-".contains(letter) || marks.contains(&letter);
+            let remedy = if is_grouped && cell.chars().all(only) {
+                "; write numbers with one decimal mark, without separators of thousands"
+            } else {
+                ""
+            };
+            Err(format!("'{}' is no number{remedy}", cell.escape_debug()))
+        }
+    }
+}
+
+fn other_separator(line: &str, separator: char) -> String {
+    let own = SEPARATORS.iter().find(|(each, _)| *each == separator).map_or("", |(_, name)| name);
+    let other = SEPARATORS.iter().find(|(each, _)| *each != separator && line.trim().contains(*each));
+    other.map_or(String::new(), |(_, other)| format!("; the header is separated by {own}, but this line has {other}"))
+}
+
+/// Whether commas are decimal marks; a table in which commas or points may separate thousands is refused.
+///
+/// A number as 101,131 is one of thousands, or of decimals, which the points of other cells leave open.
+fn has_decimal_commas(file: &str, body: &[(usize, &str)], separator: char, names: &[String]) -> Result<bool, Refused> {
+    // Between commas a decimal comma stands in quotes.
+    let may_be_decimal = |line: &str| line.contains(',') && (separator != ',' || line.contains('"'));
+    let has_point = body.iter().any(|(_, line)| line.contains('.'));
+    let first_of = |lines: &[(usize, &str)], is_meant: &dyn Fn(&str) -> bool| {
+        lines.iter().find_map(|&(line, text)| {
+            let mut cells = Vec::new();
+            split(text, separator, &mut cells);
+            let at = cells.iter().position(|cell| is_meant(cell))?;
+            Some((line, at, cells[at].clone().into_owned()))
+        })
+    };
+    let with_comma: Vec<_> = body.iter().copied().filter(|(_, line)| may_be_decimal(line)).collect();
+    if first_of(&with_comma, &|cell| is_decimal(cell, b',')).is_none() {
+        return Ok(false);
+    }
+    let is_either = |cell: &str| is_decimal(cell, b',') && may_have_thousands(cell);
+    if has_point
+        && let Some((line, at, text)) = first_of(&with_comma, &is_either)
+        && let Some((point_line, point_at, point)) = first_of(body, &|cell| is_decimal(cell, b'.'))
+    {
+        let name = names.get(at).map_or("", String::as_str);
+        return Err(Refused(format!(
+            "{}: '{point}' has a decimal point, and '{text}' (line {line}, column {} ({name})) a comma, which may separate \
+             thousands; write numbers with one mark, without separators of thousands",
+            place(file, point_line, point_at, names),
+            at + 1
+        )));
+    }
+    Ok(true)
+}
