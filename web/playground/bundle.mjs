@@ -30,7 +30,7 @@ const script = async (entry) => (await bundled(entry)).replaceAll("</script", "<
 const compressed = async (file) => gzipSync(await readFile(file), { level: 9 }).toString("base64");
 
 /** The packages whose code is in the page. */
-const PACKAGES = ["uplot", "papaparse"];
+const PACKAGES = ["uplot"];
 const line = "=".repeat(80);
 const packages = PACKAGES.map(async (name) => {
   const licence = await readFile(new URL(`node_modules/${name}/LICENSE`, import.meta.url), "utf8");

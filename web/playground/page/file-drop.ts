@@ -3,7 +3,7 @@
 import { element } from "./dom";
 
 /** Endings and types of tables. */
-const TABLES = ".csv,.txt,.tsv,.dat,text/csv,text/plain";
+const TABLES = ".csv,.txt,.tsv,.dat,.lvm,.gz,text/csv,text/plain";
 
 /** Fills a place with a text, a button for files and further buttons; `open` hears of the file. */
 export function fileDrop(options: { label: string; text: string; accept?: string; open: (file: File) => void }, ...buttons: HTMLElement[]): HTMLElement {

@@ -4,9 +4,10 @@ import { PathChart } from "./charts";
 import type { Context } from "./context";
 import { element } from "./dom";
 import { fileDrop } from "./file-drop";
+import { checkColumn } from "./fit/columns";
 import { begin } from "./fit/job";
 import { TableError, type Table } from "./fit/table";
-import { everyUnit, plain, toSi, unitsOf } from "./units";
+import { plain, toSi, unitsOf } from "./units";
 import { Refusal, TRIAL } from "./library";
 import { BENCH } from "./settings";
 import { laws, model, short, variable, type Variable } from "./tables";
@@ -87,8 +88,7 @@ export class FrictionCurve {
 
   /** Reads a table in a worker and takes it over. */
   private open(file: File): void {
-    const { tables } = this.context.library;
-    begin({ kind: "read", file, units: everyUnit(tables), spellings: tables.spellings }, (reply) => {
+    begin({ kind: "read", module: this.context.library.module, file }, (reply) => {
       if (reply.kind === "problem") this.problem.textContent = reply.text;
       if (reply.kind === "table") this.take(reply.table);
     });
@@ -120,6 +120,7 @@ export class FrictionCurve {
 
   /** A column in SI units; throws an error for a unit of another quantity. */
   private column(table: Table, place: number, si: string): Float64Array {
+    checkColumn(table, place);
     const units = unitsOf(this.context.library.tables, si);
     const unit = table.units[place] ?? si;
     const scale = units.get(plain(this.context.library.tables.spellings, unit));

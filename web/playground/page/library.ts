@@ -1,6 +1,9 @@
 // The plant: the WebAssembly module, its texts and its numbers.
 
 import type { Model, Tables } from "./tables";
+import type { Columns } from "./fit/columns";
+import type { Signal } from "./fit/signals";
+import type { Table } from "./fit/table";
 import { model } from "./tables";
 
 interface Exports extends WebAssembly.Exports {
@@ -22,6 +25,9 @@ interface Exports extends WebAssembly.Exports {
   playground_friction_table(): number;
   playground_curves(): number;
   playground_file(bytes: number): number;
+  playground_read_table(): number;
+  playground_proposed_columns(): number;
+  playground_table_signals(): number;
   playground_own_fmu(): number;
   playground_made(): number;
   playground_made_length(): number;
@@ -153,6 +159,50 @@ export class Library {
     return JSON.parse(this.text());
   }
 
+  /** The table in a file. Throws a refusal that names line, column and remedy. */
+  readTable(file: string, bytes: Uint8Array): Table {
+    const { exports } = this;
+    this.ask(file, []);
+    this.put(bytes);
+    this.demand(exports.playground_read_table());
+    const { header, names, units, rows, first, faults, clocks, gaps } = JSON.parse(this.text());
+    const numbers = new Float64Array(exports.memory.buffer, exports.playground_curves(), rows * (names.length + 1));
+    const column = (place: number) => numbers.slice(rows * place, rows * (place + 1));
+    return {
+      file,
+      header,
+      names,
+      units,
+      columns: names.map((_: string, place: number) => column(place)),
+      lines: Int32Array.from(column(names.length)),
+      first,
+      faults: new Map(faults),
+      clocks: new Map(clocks),
+      gaps: new Set(gaps),
+    };
+  }
+
+  /** Signals that the names of columns tell: signal, place and the unit that is written. */
+  proposedColumns({ names, units }: Table, signals: readonly Signal[]): [Signal, number, string | null][] {
+    this.ask(JSON.stringify({ names, units, signals }), []);
+    this.demand(this.exports.playground_proposed_columns());
+    return JSON.parse(this.text());
+  }
+
+  /** The chosen columns in SI units, on the clock of the one for time, and those that were read at other times. Throws a refusal. */
+  tableSignals(table: Table, columns: Columns): { signals: Map<Signal, Float64Array>; others: Signal[] } {
+    const { exports } = this;
+    const { file, names, units, first, lines } = table;
+    const chosen = [...columns].map(([signal, column]) => ({ signal, ...column }));
+    const about = { faults: [...table.faults], clocks: [...table.clocks], gaps: [...table.gaps] };
+    this.ask(JSON.stringify({ file, names, units, first, rows: lines.length, ...about, chosen }), [...table.columns, Float64Array.from(lines)]);
+    this.demand(exports.playground_table_signals());
+    const { rows, others } = JSON.parse(this.text());
+    const samples = new Float64Array(exports.memory.buffer, exports.playground_curves(), rows * columns.size);
+    const signals = [...columns.keys()].map((signal, at): [Signal, Float64Array] => [signal, samples.slice(rows * at, rows * (at + 1))]);
+    return { signals: new Map(signals), others };
+  }
+
   /** The places of the columns of velocity and force of a table with measured friction. Throws a refusal. */
   frictionColumns(table: string, names: readonly string[]): [number, number] {
     this.ask([table, ...names].map((text) => `${text}\0`).join(""), []);
@@ -172,8 +222,7 @@ export class Library {
     const { exports } = this;
     const values = Object.entries(machine.values).map(([of, own]) => [of, Object.fromEntries(own)]);
     this.ask(JSON.stringify({ ...machine, values: Object.fromEntries(values) }), []);
-    const place = exports.playground_file(source.length);
-    new Uint8Array(exports.memory.buffer, place).set(source);
+    this.put(source);
     this.demand(exports.playground_own_fmu());
     return new Uint8Array(exports.memory.buffer, exports.playground_made(), exports.playground_made_length()).slice();
   }
@@ -189,6 +238,13 @@ export class Library {
       new Float64Array(exports.memory.buffer, samples).set(column);
       samples += column.byteLength;
     }
+  }
+
+  /** Writes a file. */
+  private put(bytes: Uint8Array): void {
+    const { exports } = this;
+    const place = exports.playground_file(bytes.length);
+    new Uint8Array(exports.memory.buffer, place).set(bytes);
   }
 
   /** Writes numbers into the buffer. */

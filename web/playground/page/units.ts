@@ -41,6 +41,3 @@ export function toSi(values: Float64Array, { factor, offset }: Pick<Scale, "fact
   const sign = turned ? -1 : 1;
   return values.map((value) => sign * ((isExact ? value / inverse : value * factor) + offset));
 }
-
-/** Everything that is a unit. */
-export const everyUnit = ({ written }: Tables): string[] => written.map(({ name }) => name).filter((name) => name !== "1");

@@ -7,7 +7,10 @@
 
 use std::cell::RefCell;
 
-use crate::{CallError, Session, estimable, fit, friction_columns, friction_table, own_fmu, tables};
+use crate::{
+    CallError, Session, estimable, fit, friction_columns, friction_table, own_fmu, proposed_columns, read_table,
+    table_signals, tables,
+};
 
 #[cfg(target_arch = "wasm32")]
 #[link(wasm_import_module = "page")]
@@ -163,6 +166,35 @@ pub extern "C" fn playground_friction_table() -> u32 {
 pub extern "C" fn playground_file(bytes: usize) -> *mut u8 {
     FILE.replace(vec![0; bytes]);
     FILE.with_borrow_mut(|file| file.as_mut_ptr())
+}
+
+/// Makes what stands in the table of the file the text, and its numbers the samples; the question is its name: [`read_table`].
+// SAFETY: as for `playground_buffer`.
+#[unsafe(no_mangle)]
+pub extern "C" fn playground_read_table() -> u32 {
+    let read = read_table(&String::from_utf8_lossy(&QUESTION.take()), &FILE.take());
+    tell(read.map(|(about, numbers)| {
+        SAMPLES.set(numbers);
+        about
+    }))
+}
+
+/// Makes the columns that their names tell the text: [`proposed_columns`].
+// SAFETY: as for `playground_buffer`.
+#[unsafe(no_mangle)]
+pub extern "C" fn playground_proposed_columns() -> u32 {
+    tell(proposed_columns(&String::from_utf8_lossy(&QUESTION.take())))
+}
+
+/// Makes the signals of the table in question and samples the samples: [`table_signals`].
+// SAFETY: as for `playground_buffer`.
+#[unsafe(no_mangle)]
+pub extern "C" fn playground_table_signals() -> u32 {
+    let found = table_signals(&String::from_utf8_lossy(&QUESTION.take()), &SAMPLES.take());
+    tell(found.map(|(about, signals)| {
+        SAMPLES.set(signals);
+        about
+    }))
 }
 
 /// Replaces the file by that of the machine in the question: [`own_fmu`].

@@ -11,6 +11,7 @@ mod index;
 mod own_fmu;
 mod session;
 mod ssv;
+mod table;
 mod tables;
 
 pub use error::CallError;
@@ -18,4 +19,5 @@ pub use fit::{estimable, fit};
 pub use friction_table::{friction_columns, friction_table};
 pub use own_fmu::own_fmu;
 pub use session::{BUFFER, SLOTS, Session};
+pub use table::{proposed_columns, read_table, table_signals};
 pub use tables::tables;

@@ -1,10 +1,11 @@
 // Columns of a table as signals, in SI units.
 
+import type { Library } from "../library";
 import type { Tables } from "../tables";
 import type { Table } from "./table";
 import { TableError } from "./table";
 import { SIGNALS, type Signal } from "./signals";
-import { plain, toSi, unitsOf, type Scale } from "../units";
+import { plain, unitsOf, type Scale } from "../units";
 
 /** A column, its unit, and whether its sign is the opposite of ours. */
 export interface Column {
@@ -15,61 +16,40 @@ export interface Column {
 
 export type Columns = Map<Signal, Column>;
 
-/** Names that are usual for a signal beside its own, in English and German; a unit may follow behind a low line. */
-const NAMES: Record<Signal, RegExp> = {
-  time: /^(t|time|zeit)$/i,
-  position: /^(x|pos|position|stroke|displacement|piston[\s_-]?position|weg|hub|kolbenweg)$/i,
-  velocity: /^(v|vel|velocity|speed|geschwindigkeit)$/i,
-  frictionForce: /^(ff|f_f|friction|friction[\s_-]?force|reibung|reibkraft)$/i,
-  force: /^(f|force|kraft)$/i,
-  normalForce: /^(fn|f_n|normal[\s_-]?force|normalkraft)$/i,
-  pressure: /^(p|pressure|druck)$/i,
-  valveVoltage: /^(u|voltage|valve[\s_-]?(voltage|signal|command)|control[\s_-]?voltage|spannung|ventilspannung)$/i,
-  supplyPressure: /^(ps|p_s|supply|supply[\s_-]?pressure|versorgungsdruck)$/i,
-  externalForce: /^(fext|f_ext|external[\s_-]?force|externe[\s_-]?kraft)$/i,
-  "chamberA.pressure": chamber("a|1"),
-  "chamberB.pressure": chamber("b|2"),
+/** The name of a unit of a signal, however it is spelled; null if it is none. */
+const knownUnit = (tables: Tables, unit: string, signal: Signal): string | null => {
+  const name = plain(tables.spellings, unit);
+  return unitsOf(tables, SIGNALS[signal]).has(name) ? name : null;
 };
-
-/** Names of the pressure of one chamber, which have its letter or its number. */
-function chamber(which: string): RegExp {
-  return new RegExp(
-    `^(p[\\s_-]?(${which})|(pressure|druck)[\\s_-]?(${which})|(chamber|kammer)[\\s_-]?(${which})([\\s_-]?(pressure|druck))?)$`,
-    "i",
-  );
-}
 
 /** The unit that a table writes for a column, if it is one of a signal. */
 export function writtenUnit(tables: Tables, table: Table, place: number, signal: Signal): string | null {
   const unit = table.units[place] ?? null;
-  return unit !== null && unitsOf(tables, SIGNALS[signal]).has(plain(tables.spellings, unit)) ? plain(tables.spellings, unit) : null;
+  return unit === null ? null : knownUnit(tables, unit, signal);
 }
 
 /** Signals of an experiment by the names of the columns; no column is taken twice. */
-export function proposed(tables: Tables, table: Table, signals: readonly Signal[]): Columns {
-  const found: Columns = new Map();
-  const taken = new Set<number>();
-  const take = (signal: Signal, matches: (name: string, place: number) => string | null) => {
-    if (found.has(signal)) return;
-    for (const [place, name] of table.names.entries()) {
-      const unit = taken.has(place) ? null : matches(name, place);
-      if (unit === null) continue;
-      found.set(signal, { place, unit, turned: false });
-      taken.add(place);
-      return;
-    }
+export function proposed(library: Library, table: Table, signals: readonly Signal[]): Columns {
+  const column = ([signal, place, unit]: [Signal, number, string | null]): [Signal, Column] => {
+    const known = unit === null ? null : knownUnit(library.tables, unit, signal);
+    return [signal, { place, unit: known ?? SIGNALS[signal], turned: false }];
   };
-  const unitAt = (place: number, signal: Signal) => writtenUnit(tables, table, place, signal) ?? SIGNALS[signal];
-  for (const signal of signals) take(signal, (name, place) => (name === signal ? unitAt(place, signal) : null));
-  for (const signal of signals) take(signal, (name, place) => (NAMES[signal].test(name.trim()) ? unitAt(place, signal) : null));
-  for (const signal of signals) {
-    take(signal, (name) => {
-      const [, bare, unit] = /^(.+)_([^_]+)$/.exec(name) ?? [];
-      const isOne = unit && NAMES[signal].test(bare.trim()) && unitsOf(tables, SIGNALS[signal]).has(plain(tables.spellings, unit));
-      return isOne ? plain(tables.spellings, unit) : null;
-    });
+  return new Map(library.proposedColumns(table, signals).map(column));
+}
+
+/** What is wrong with the chosen columns as the table writes them: no numbers, or a unit that is not known; null if nothing is. */
+export function problemOf(library: Library, table: Table, columns: Columns): string | null {
+  for (const [signal, { place }] of columns) {
+    const fault = table.gaps.has(place) ? undefined : table.faults.get(place);
+    if (fault !== undefined) return fault;
+    const unit = table.units[place] ?? null;
+    // Behind a pressure it is a chamber.
+    if (unit === null || unit === "A" || knownUnit(library.tables, unit, signal) !== null) continue;
+    const where = `${table.file}:${table.first}, column ${place + 1} (${table.names[place]})`;
+    const known = [...unitsOf(library.tables, SIGNALS[signal]).keys()].join(", ");
+    return `${where}: the unit ${unit} is no known one of ${signal}; choose one of ${known}`;
   }
-  return found;
+  return null;
 }
 
 /** The scale of a signal: `pressure` of a test bench counts above ambient, so that a gauge unit of it has no offset, and one above vacuum has. */
@@ -78,27 +58,8 @@ export const scaleOf = (signal: Signal, { factor, offset, offsetAboveAmbient }: 
   offset: signal === "pressure" ? offsetAboveAmbient : offset,
 });
 
-/** The chosen columns in SI units; throws an error that names the line where time does not rise. */
-export function signalsOf(tables: Tables, table: Table, columns: Columns): Map<Signal, Float64Array> {
-  const found = new Map<Signal, Float64Array>();
-  for (const [signal, { place, unit, turned }] of columns) {
-    const scale = unitsOf(tables, SIGNALS[signal]).get(unit);
-    if (!scale) throw new TableError(`${table.file}: ${unit} is no unit of ${signal}`);
-    found.set(signal, toSi(table.columns[place], scaleOf(signal, scale), turned));
-  }
-  const time = columns.get("time");
-  if (time) checkTime(table, time);
-  return found;
-}
-
-function checkTime(table: Table, { place, unit, turned }: Column): void {
-  const times = table.columns[place];
-  for (let row = 1; row < times.length; row += 1) {
-    const isRising = turned ? times[row] < times[row - 1] : times[row] > times[row - 1];
-    if (isRising) continue;
-    throw new TableError(
-      `${table.file}:${table.lines[row]}, column ${table.names[place]}: time must rise, ` +
-        `but ${times[row]} ${unit} follows ${times[row - 1]} ${unit}`,
-    );
-  }
+/** Refuses a column that is no numbers. */
+export function checkColumn(table: Table, place: number): void {
+  const fault = table.faults.get(place);
+  if (fault !== undefined) throw new TableError(fault);
 }

@@ -2,15 +2,13 @@
 
 import { byId } from "../dom";
 import type { Answer, Progress, Question } from "./fit";
-import type { Spellings } from "../tables";
 import type { Table } from "./table";
 
 export type Request =
-  | { kind: "read"; file: File; units: string[]; spellings: Spellings }
+  | { kind: "read"; module: WebAssembly.Module; file: File }
   | { kind: "fit"; module: WebAssembly.Module; question: Question };
 
 export type Reply =
-  | { kind: "read"; share: number }
   | { kind: "table"; table: Table }
   | { kind: "progress"; progress: Progress }
   | { kind: "answer"; answer: Answer }

@@ -4,12 +4,11 @@ import type { Context } from "../context";
 import { byId } from "../dom";
 import { unpacked, type Estimable } from "../library";
 import { model, variable } from "../tables";
-import { proposed, signalsOf, type Columns } from "./columns";
+import { problemOf, proposed, type Columns } from "./columns";
 import type { Answer, Progress, Question } from "./fit";
 import { begin, type Reply } from "./job";
 import { TAKEN } from "./signals";
 import type { Table } from "./table";
-import { everyUnit } from "../units";
 
 /** An answer with its question, its table and the columns of the signals. */
 export interface Found {
@@ -30,7 +29,7 @@ export interface Choices {
 }
 
 /** Work in progress. */
-export type Work = { kind: "none" } | { kind: "reading"; share: number } | { kind: "fitting"; progress: Progress | null };
+export type Work = { kind: "none" } | { kind: "reading" } | { kind: "fitting"; progress: Progress | null };
 
 /** The file that comes with the page, its machine, and what is free of it in the documentation. */
 const EXAMPLE = {
@@ -119,7 +118,8 @@ export class Study {
   /** Takes over the columns that their names tell. */
   propose(): void {
     const { settings, library } = this.context;
-    this.columns = this.table ? proposed(library.tables, this.table, TAKEN[settings.experiment]) : new Map();
+    this.columns = this.table ? proposed(library, this.table, TAKEN[settings.experiment]) : new Map();
+    this.problem = this.table && problemOf(library, this.table, this.columns);
   }
 
   /** Reads a file. */
@@ -128,9 +128,8 @@ export class Study {
     this.table = null;
     this.found = null;
     this.problem = null;
-    this.work = { kind: "reading", share: 0 };
-    const { tables } = this.context.library;
-    this.end = begin({ kind: "read", file, units: everyUnit(tables), spellings: tables.spellings }, (reply) => this.take(reply, null));
+    this.work = { kind: "reading" };
+    this.end = begin({ kind: "read", module: this.context.library.module, file }, (reply) => this.take(reply, null));
     this.shown();
   }
 
@@ -166,10 +165,13 @@ export class Study {
     const asked = { table: this.table, columns: new Map(this.columns) };
     this.problem = null;
     try {
-      const signals = signalsOf(library.tables, this.table, this.columns);
+      const { signals, others } = library.tableSignals(this.table, this.columns);
       const { experiment } = settings;
       const { law, free } = this;
       const question: Question = { file: this.table.file, experiment, law, signals, known, free, validation, starts, options };
+      if (others.length) {
+        this.problem = `${others.join(", ")}: read at other times than time; commands are held and readings run on straight lines between their samples.`;
+      }
       this.found = null;
       this.work = { kind: "fitting", progress: null };
       const request = { kind: "fit", module: library.module, question } as const;
@@ -192,8 +194,8 @@ export class Study {
   }
 
   private take(reply: Reply, asked: { table: Table; columns: Columns; question: Question } | null): void {
-    if (reply.kind === "read" || reply.kind === "progress") {
-      this.work = reply.kind === "read" ? { kind: "reading", share: reply.share } : { kind: "fitting", progress: reply.progress };
+    if (reply.kind === "progress") {
+      this.work = { kind: "fitting", progress: reply.progress };
       this.progressed();
       return;
     }

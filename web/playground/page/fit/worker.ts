@@ -3,8 +3,6 @@
 import { Library } from "../library";
 import { fit } from "./fit";
 import type { Request, Reply } from "./job";
-import { readTable } from "./table";
-import { plain } from "../units";
 
 /** Progress is told at most so often, in ms. */
 const OFTEN = 80;
@@ -23,14 +21,12 @@ function throttled<T>(pass: (value: T) => void): (value: T) => void {
 }
 
 async function answer(request: Request): Promise<void> {
+  const library = await Library.of(request.module);
   if (request.kind === "read") {
-    const units = new Set(request.units);
-    const progress = throttled((share: number) => tell({ kind: "read", share }));
-    const table = await readTable(request.file.name, request.file, (text) => units.has(plain(request.spellings, text)), progress);
+    const table = library.readTable(request.file.name, new Uint8Array(await request.file.arrayBuffer()));
     tell({ kind: "table", table }, [table.lines.buffer, ...table.columns.map((column) => column.buffer)]);
     return;
   }
-  const library = await Library.of(request.module);
   const found = fit(library, request.question, throttled((progress) => tell({ kind: "progress", progress })));
   tell({ kind: "answer", answer: found });
 }

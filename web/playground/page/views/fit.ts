@@ -85,8 +85,8 @@ export class Fit implements Page {
     if (work.kind === "none") {
       this.told.textContent = "";
     } else if (work.kind === "reading") {
-      this.bar.value = work.share;
-      this.told.textContent = `Reading: ${Math.round(100 * work.share)} %`;
+      this.bar.removeAttribute("value");
+      this.told.textContent = "Reading";
     } else if (!work.progress) {
       this.bar.removeAttribute("value");
       this.told.textContent = "The fit begins";
