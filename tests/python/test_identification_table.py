@@ -92,7 +92,7 @@ def test_what_is_no_number_is_named() -> None:
         (DATA, "time=tme", "columns: there is no array tme for time; did you mean time?; there are time, x, p"),
         (DATA, "time=time[mm]",
          "columns='time=time[mm]': the unit mm is refused; it must be one of s, ms, us, ns, min, h, d"),
-        (pandas.DataFrame(DATA), None, None),
+        (pandas.DataFrame({"time": DATA["time"], "b": DATA["x"]}), None, None),
         (pandas.DataFrame({"a": [0.0], "b": [1.0]}), None,
          "record 3:0: there is no column `time`, only a, b; columns says which column is which signal, for example "
          "time=t,position=x[mm]"),
@@ -122,10 +122,12 @@ def test_table_that_is_refused_says_where(source: Any, columns: str | None, text
 
 def test_columns_of_usual_names_are_taken_where_none_has_the_name_of_a_signal() -> None:
     """In English and German, which a warning tells; a column that is named as a signal leaves the others alone."""
-    frame = pandas.DataFrame({"Zeit [ms]": [0.0, 1.0], "Weg [mm]": [1.0, 2.0], "F_N": [5.0, 6.0], "note": [0.0, 0.0]})
-    with pytest.warns(UserWarning, match=r"Zeit \[ms\] for time, Weg \[mm\] for position, F_N for force"):
+    frame = pandas.DataFrame(
+        {"Zeit [ms]": [0.0, 1.0], "Weg [mm]": [1.0, 2.0], "v_mm/s": [5.0, 6.0], "note": [0.0, 0.0]}
+    )
+    with pytest.warns(UserWarning, match=r"Zeit \[ms\] for time, Weg \[mm\] for position, v_mm/s for velocity"):
         found = read(frame)
-    assert values(found) == {"time": [0.0, 0.001], "position": [0.001, 0.002], "force": [5.0, 6.0]}
+    assert values(found) == {"time": [0.0, 0.001], "position": [0.001, 0.002], "velocity": [0.005, 0.006]}
     named = pandas.DataFrame({"time": [0.0, 1.0], "position": [1.0, 2.0], "F": [5.0, 6.0]})
     assert values(read(named)).keys() == {"time", "position"}
 
