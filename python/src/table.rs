@@ -11,6 +11,9 @@ use pyo3::prelude::*;
 
 use crate::failure::refused;
 
+/// Columns of a table.
+type Columns<'py> = Vec<Bound<'py, PyArray1<f64>>>;
+
 /// Names as written and without units, units, a column in each row, lines, the line of the names, faults, clocks and gaps by place.
 type Read<'py> = (
     Vec<String>,
@@ -108,7 +111,7 @@ pub fn table_signals<'py>(
     py: Python<'py>,
     table: Given<'py>,
     chosen: Vec<(String, usize, String, String, bool)>,
-) -> PyResult<(Vec<Bound<'py, PyArray1<f64>>>, Vec<String>)> {
+) -> PyResult<(Columns<'py>, Vec<String>)> {
     let (file, names, units, values, lines, first, faults, clocks, gaps) = table;
     let columns = values.as_array().columns().into_iter().map(|column| column.to_vec()).collect();
     let lines = lines.as_array().to_vec();
