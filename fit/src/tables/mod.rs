@@ -4,7 +4,7 @@
 //! with a byte order mark, and Windows-1252; all of them compressed by gzip; lines that are empty or begin with `#`, `%` or `//`, of
 //! which the last may have the names; lines of a recorder above the names; units behind the names, as `x[mm]`, `x (mm)`, `x / mm` or
 //! `x in mm`, or in a row of their own below them; times of the clock; columns without names, which have numbers, `1` the first;
-//! empty cells of slow channels; and the files of [`recorders`].
+//! empty cells of slow channels; and the files of recorders: LabVIEW .lvm, TwinCAT Scope, Tektronix, and tables of Modelica.
 
 mod cells;
 pub mod clock;
