@@ -126,6 +126,10 @@ fn in_parentheses(text: &str) -> Option<(&str, &str, bool)> {
 
 /// A unit behind a slash or behind `in`.
 fn behind_a_word(text: &str) -> Option<(&str, &str, bool)> {
+    // The unit of `v_mm/s` stands behind the low line.
+    if text.rsplit_once('_').is_some_and(|(_, unit)| unit.contains('/') && written_unit(unit).is_some()) {
+        return None;
+    }
     let slash = text.match_indices('/').map(|(at, _)| (at, at + 1));
     let word = text.match_indices(" in ").map(|(at, word)| (at, at + word.len()));
     let mut found: Vec<_> = slash.chain(word).filter(|(at, _)| *at > 0).collect();
@@ -162,8 +166,18 @@ mod tests {
         ] {
             assert_eq!(name_and_unit(text), (name, Some(unit)), "{text}");
         }
-        for text in ["x", "", "Position (left)", "friction.gms.alpha[1]", "F/x", "reading (2)", "x_KN", "[mm]", "x [-]"]
-        {
+        for text in [
+            "x",
+            "",
+            "Position (left)",
+            "friction.gms.alpha[1]",
+            "F/x",
+            "reading (2)",
+            "x_KN",
+            "v_mm/s",
+            "[mm]",
+            "x [-]",
+        ] {
             assert_eq!(name_and_unit(text), (text, None), "{text}");
         }
     }
