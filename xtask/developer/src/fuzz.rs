@@ -142,7 +142,7 @@ fn program(workspace: &Workspace, folder: &Path, target: &str) -> Result<Command
     }
     let mut cargo = Command::new("rustup");
     // The sanitizer has a test of its own; without it there are twice as many calls in a minute.
-    cargo.args(["run", "nightly", "cargo", "fuzz", "run", "--sanitizer", "none", target, "--"]);
-    cargo.current_dir(folder);
+    cargo.args(["run", "nightly", "cargo", "fuzz", "run", "--fuzz-dir"]).arg(folder);
+    cargo.args(["--sanitizer", "none", target, "--"]).current_dir(&workspace.root);
     Ok(cargo)
 }
