@@ -4,7 +4,7 @@ use crate::parameter::{Parameter, Values, values};
 use crate::sensor::Sensor;
 
 /// Standard deviation, in logarithms, of the weak Gaussian prior of a parameter without bounds: a factor of 4.5.
-const PRIOR: f64 = 1.5;
+pub const PRIOR: f64 = 1.5;
 /// Residual, in units of the noise, of a simulation that could not go on: worse than any of one that could.
 pub const FAILED: f64 = 1e12;
 /// Relative tolerance of the solver at which differences of runs are differences of parameters.

@@ -8,6 +8,8 @@ use crate::units;
 
 /// Inputs of the plant: recorded values of these are in force until the next one, and readings run on straight lines.
 pub const COMMANDS: [&str; 3] = ["valveVoltage", "supplyPressure", "externalForce"];
+/// Signal that counts above ambient pressure: a gauge unit of it has no offset.
+pub const ABOVE_AMBIENT: &str = "pressure";
 
 /// Names that are usual for a signal beside its own, in English and German, without blanks, low lines and hyphens.
 const NAMES: [(&str, &[&str]); 10] = [
@@ -152,7 +154,7 @@ impl Table {
         {
             return Err(Refused(fault.clone()));
         }
-        let scale = units::to_si(&chosen.unit, &chosen.si, is_above_ambient(&chosen.signal));
+        let scale = units::to_si(&chosen.unit, &chosen.si, chosen.signal == ABOVE_AMBIENT);
         let scale = scale.map_err(|problem| Refused(format!("{}: {problem}", self.column(file, chosen.place))))?;
         let mut values = units::scaled(&self.columns[chosen.place], scale);
         if chosen.is_turned {
@@ -233,11 +235,6 @@ impl Table {
             unit = time.unit
         )))
     }
-}
-
-/// Whether a signal counts above ambient pressure: a gauge unit of it has no offset.
-pub fn is_above_ambient(signal: &str) -> bool {
-    signal == "pressure"
 }
 
 #[cfg(test)]

@@ -95,6 +95,13 @@ def idle_warning(names: Sequence[str], lack: str, are_outputs: bool) -> str: ...
 def meant(unit: str, value: float, low: float, high: float, shown: str, usual: float | None) -> str: ...
 
 STANDARD_ATMOSPHERE: float
+SIGNALS: list[tuple[str, str]]
+COMMANDS: list[str]
+ABOVE_AMBIENT: str
+FAILED: float
+PRIOR: float
+STEP: float
+TOLERANCE: float
 
 def is_clock(text: str) -> bool: ...
 def names_and_units(header: Sequence[str]) -> tuple[list[str], list[str | None]]: ...

@@ -72,6 +72,13 @@ fn fill(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(single::simulate, module)?)?;
     module.add_function(wrap_pyfunction!(ssv::ssv, module)?)?;
     module.add("STANDARD_ATMOSPHERE", pneumatic_servo_fit::units::STANDARD_ATMOSPHERE)?;
+    module.add("SIGNALS", pneumatic_servo_fit::record::UNITS.to_vec())?;
+    module.add("COMMANDS", pneumatic_servo_fit::signals::COMMANDS.to_vec())?;
+    module.add("ABOVE_AMBIENT", pneumatic_servo_fit::signals::ABOVE_AMBIENT)?;
+    module.add("FAILED", pneumatic_servo_fit::problem::FAILED)?;
+    module.add("PRIOR", pneumatic_servo_fit::problem::PRIOR)?;
+    module.add("STEP", pneumatic_servo_fit::problem::STEP)?;
+    module.add("TOLERANCE", pneumatic_servo_fit::problem::TOLERANCE)?;
     module.add_function(wrap_pyfunction!(table::is_clock, module)?)?;
     module.add_function(wrap_pyfunction!(table::names_and_units, module)?)?;
     module.add_function(wrap_pyfunction!(table::proposed_columns, module)?)?;

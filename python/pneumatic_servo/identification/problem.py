@@ -20,19 +20,19 @@ from pneumatic_servo.identification.sensor import Sensor
 from pneumatic_servo.tasks import available_cores
 
 Array = NDArray[np.float64]
-STEP = 1e-3
+STEP = _native.STEP
 """Step of the differences that make the Jacobian, in scaled parameters, unless its effect exceeds the noise."""
 
-TOLERANCE = 1e-6
+TOLERANCE = _native.TOLERANCE
 """Relative tolerance of the solver at which differences of runs are differences of parameters."""
 
 JACOBIANS = ("differences", "exact")
 """Kinds of a Jacobian."""
 
-PULL = 1.5
+PULL = _native.PRIOR
 """Standard deviation, in logarithms, of how far a parameter without bounds is from its start: a factor of 4.5."""
 
-FAILED = 1e12
+FAILED = _native.FAILED
 """Residual, in units of the noise, where a simulation could not go on: worse than any of one that could."""
 
 

@@ -10,25 +10,9 @@ from typing import Any
 from pneumatic_servo import _native
 from pneumatic_servo.units import NUMBER, scale, units_of
 
-SIGNALS = {
-    "time": "s",
-    "position": "m",
-    "velocity": "m/s",
-    "frictionForce": "N",
-    "force": "N",
-    "normalForce": "N",
-    "pressure": "Pa",
-    "valveVoltage": "V",
-    "supplyPressure": "Pa",
-    "externalForce": "N",
-    "chamberA.pressure": "Pa",
-    "chamberB.pressure": "Pa",
-}
+SIGNALS = dict(_native.SIGNALS)
 """Signals and their SI units. `pressure` of a test bench is above ambient; the chambers' are absolute, as everywhere
 in the model."""
-
-ABOVE_AMBIENT = ("pressure",)
-"""Signals that count above ambient pressure: a gauge unit of them has no offset."""
 
 ROTATING = {
     "m": "rad", "m/s": "rad/s", "m/s2": "rad/s2", "N": "N.m", "kg": "kg.m2", "N/m": "N.m/rad", "N.s/m": "N.m.s/rad",

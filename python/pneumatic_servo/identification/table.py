@@ -15,16 +15,13 @@ from pneumatic_servo.argument_names import quoted
 from pneumatic_servo.chosen_columns import Column
 from pneumatic_servo.columns import Table
 from pneumatic_servo.errors import warn
-from pneumatic_servo.identification.signals import ABOVE_AMBIENT, SIGNALS, si_of
+from pneumatic_servo.identification.signals import SIGNALS, si_of
 from pneumatic_servo.names import did_you_mean
 from pneumatic_servo.run import Run, between_rows, held_from
 from pneumatic_servo.tables import numbers, read_table, table_of
 from pneumatic_servo.units import is_quantity, magnitude, scale
 
 Array = NDArray[np.float64]
-
-DRIVEN = ("valveVoltage", "supplyPressure", "externalForce")
-"""Recorded values of inputs, in force up to each row."""
 
 
 @dataclass(frozen=True)
@@ -129,7 +126,7 @@ def _of_mapping(number: int, source: Mapping[str, Any], columns: Mapping[str, Co
             array = magnitude(array, SIGNALS[signal], where)
         elif unit is not None:
             si = si_of(signal, unit, where)
-            times, offset = scale(unit, si, signal, is_above_ambient=signal in ABOVE_AMBIENT)
+            times, offset = scale(unit, si, signal, is_above_ambient=signal == _native.ABOVE_AMBIENT)
             stated[signal] = (si, quoted("columns", f"{signal}={column.name}[{column.unit}]") if column.unit else where)
         values = times * _numbers(header[found[0]], array) + offset
         signals[signal] = -values if column.turned else values
@@ -173,7 +170,8 @@ def _of_table(table: Table, name: str, columns: Mapping[str, Column] | None) -> 
             f"{name}: {', '.join(others)} {'was' if len(others) == 1 else 'were'} read at other times than "
             f"{chosen['time'].name}; commands are held and readings run on straight lines between their samples"
         )
-    for signal in DRIVEN if table.is_recorded else ():
+    # Recorded values of inputs are in force up to each row.
+    for signal in _native.COMMANDS if table.is_recorded else ():
         if signal in signals:
             signals[signal] = held_from(signals[signal])
     return Measured(name, signals, lambda signal, row: table.where(row, places[signal]), written, stated)
