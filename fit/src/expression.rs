@@ -88,7 +88,7 @@ impl Expression {
         }
     }
 
-    /// Its value with those of the names; NaN where there is none, as of the root of a negative number.
+    /// Value of the expression for given values of its names; NaN where it is undefined, such as the root of a negative number.
     pub fn value(&self, of: &dyn Fn(&str) -> f64) -> f64 {
         let found = match self {
             Self::Number(number) => *number,

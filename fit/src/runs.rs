@@ -290,7 +290,7 @@ impl<'a> Runs<'a> {
         readings
     }
 
-    /// Differences at the samples that are fitted, or at those of validation data: segment by segment, in it signal by signal.
+    /// Differences at the fitted samples, or at the validation samples: segment by segment, and within a segment signal by signal.
     pub fn stacked(&self, differences: &[Vec<Vec<f64>>], is_validation: bool) -> Vec<f64> {
         let mut found = Vec::new();
         for (segment, signals) in self.segments.iter().zip(differences) {

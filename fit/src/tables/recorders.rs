@@ -116,7 +116,7 @@ fn number(cell: &str, has_comma: bool, place: impl Fn() -> String) -> Result<f64
     finite(cell, has_comma).map_err(|problem| Refused(format!("{}: {problem}", place())))
 }
 
-/// Numbers of a column with those of another one in the same rows, where the first has some.
+/// Values of a channel and of its clock, from the rows in which the channel has a value.
 fn pairs(
     file: &str,
     rows: &Rows<'_>,

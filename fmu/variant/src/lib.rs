@@ -103,7 +103,7 @@ pub struct Resolved {
     pub outputs: BTreeSet<u32>,
 }
 
-/// The GUID of a variant, from that of its model and the bytes of its file.
+/// The GUID of a variant, made from the GUID of its model and the bytes of its file.
 pub fn guid(model: &str, file: &[u8]) -> String {
     let mut hash = fnv::Hash::default();
     hash.add(model.as_bytes());

@@ -130,7 +130,7 @@ impl<'a> Archive<'a> {
     }
 }
 
-/// Writes a file; its time is that of the file before, so that the same request gives the same bytes.
+/// Writes an entry of the archive. The entry keeps the given modification time, so that the same request gives the same bytes.
 fn write(
     writer: &mut ZipArchiveWriter<Vec<u8>>,
     name: &str,

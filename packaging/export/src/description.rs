@@ -1,4 +1,4 @@
-//! `modelDescription.xml` and `terminalsAndIcons.xml` of a variant, from those of the model.
+//! `modelDescription.xml` and `terminalsAndIcons.xml` of a variant, made from the two files of the model.
 
 use std::collections::{BTreeMap, BTreeSet};
 
