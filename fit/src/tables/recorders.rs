@@ -116,20 +116,20 @@ fn number(cell: &str, has_comma: bool, place: impl Fn() -> String) -> Result<f64
     finite(cell, has_comma).map_err(|problem| Refused(format!("{}: {problem}", place())))
 }
 
-/// Values of a channel and of its clock, from the rows in which the channel has a value.
-fn pairs(
+/// Values of columns, of a channel and of its clock, from the rows in which the first column has a value.
+fn columns<const N: usize>(
     file: &str,
     rows: &Rows<'_>,
-    [at, clock]: [usize; 2],
+    places: [usize; N],
     name: &str,
     has_comma: bool,
-) -> Result<[Vec<f64>; 2], Refused> {
-    let mut found = [const { Vec::new() }; 2];
+) -> Result<[Vec<f64>; N], Refused> {
+    let mut found = [const { Vec::new() }; N];
     for (line, cells) in rows {
-        if cells.get(at).is_none_or(|cell| cell.is_empty()) {
+        if cells.get(places[0]).is_none_or(|cell| cell.is_empty()) {
             continue;
         }
-        for (values, at) in found.iter_mut().zip([at, clock]) {
+        for (values, at) in found.iter_mut().zip(places) {
             let cell = cells.get(at).map_or("", |cell| cell);
             values.push(number(cell, has_comma, || format!("{file}:{line}, column {} ({name})", at + 1))?);
         }
@@ -139,7 +139,7 @@ fn pairs(
 
 /// Numbers of a column without its empty cells.
 fn numbers(file: &str, rows: &Rows<'_>, at: usize, name: &str, has_comma: bool) -> Result<Vec<f64>, Refused> {
-    pairs(file, rows, [at, at], name, has_comma).map(|[values, _]| values)
+    columns(file, rows, [at], name, has_comma).map(|[values]| values)
 }
 
 /// A unit that a recorder writes.
@@ -199,7 +199,7 @@ fn labview(file: &str, lines: &[&str]) -> Result<Table, Refused> {
         for (about, rows) in &segments {
             let clock = if kind == "Multi" { at - 1 } else { 0 };
             if kind != "No" {
-                let [own, at] = pairs(file, rows, [at, clock], name, has_comma)?;
+                let [own, at] = columns(file, rows, [at, clock], name, has_comma)?;
                 values.extend(own);
                 times.extend(at);
                 continue;
