@@ -96,7 +96,7 @@ def test_number_of_a_file_that_is_none_is_named(plant: ps.Model, tmp_path: Path,
 
 def test_cell_that_is_too_long_names_the_file(tmp_path: Path) -> None:
     (tmp_path / "a.csv").write_text(f'time,"{"a" * 200_000}"\n0,1\n', encoding="utf-8")
-    with pytest.raises(ValueError, match=r"a\.csv: field larger than"):
+    with pytest.raises(ValueError, match=r"a\.csv:1, column 2: its name has 200000 characters"):
         ps.Model().simulate(inputs=tmp_path / "a.csv", stop=1)
 
 

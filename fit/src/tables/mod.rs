@@ -19,6 +19,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use crate::Refused;
 use crate::tables::header::Header;
 
+/// Most characters of a name.
+const LONGEST_NAME: usize = 1000;
+
 /// Columns of numbers with their names.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Table {
@@ -71,6 +74,12 @@ pub fn read(file: &str, data: &[u8]) -> Result<Table, Refused> {
     let Header { header, names, mut units, line: first, separator, body } = Header::find(file, &every, &plain)?;
     if body >= plain.len() {
         return Err(Refused(format!("{file}: there are no rows below the header")));
+    }
+    let lengths = header.iter().map(|name| name.chars().count());
+    if let Some((at, length)) = (1..).zip(lengths).find(|(_, length)| *length > LONGEST_NAME) {
+        return Err(Refused(format!(
+            "{file}:{first}, column {at}: its name has {length} characters; is this a table?"
+        )));
     }
     let found = rows::read(file, &plain[body..], separator, &names)?;
     for (unit, column) in units.iter_mut().zip(&found) {

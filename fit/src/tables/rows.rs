@@ -6,6 +6,9 @@ use crate::Refused;
 use crate::tables::cells::{SEPARATORS, is_decimal, may_have_thousands, split, trim};
 use crate::tables::clock::{is_clock, seconds_since_first};
 
+/// Most characters that are shown of a cell.
+const SHOWN: usize = 60;
+
 /// A column as it is read.
 #[derive(Default)]
 pub struct Column {
@@ -122,7 +125,9 @@ pub fn finite(cell: &str, has_comma: bool) -> Result<f64, String> {
             } else {
                 ""
             };
-            Err(format!("'{}' is no number{remedy}", cell.escape_debug()))
+            let shown: String = cell.chars().take(SHOWN).collect();
+            let more = if shown.len() < cell.len() { "..." } else { "" };
+            Err(format!("'{}{more}' is no number{remedy}", shown.escape_debug()))
         }
     }
 }
