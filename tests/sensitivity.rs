@@ -362,7 +362,7 @@ fn transition_is_that_of_small_differences() {
         }
     }
     assert!(
-        step.states.contains(&"memory.actuator.ProportionalValve".to_owned()),
+        step.states.contains(&"valve.command".to_owned()),
         "where the play stands: {:?}",
         step.states
     );

@@ -3,16 +3,18 @@
 use std::sync::Arc;
 
 use crate::numbers::{DIRECTIONS, Real, STILL, Scalar, Slopes, Tangent};
-use crate::sensitivity::{Along, Crossing, NoDerivative, Varied, seeds};
+use crate::sensitivity::{Along, Crossing, NoDerivative, Seed, Seeded, Varied, seeds};
 use crate::session::{Seeds, Snapshot, SnapshotError, Start, build};
 use crate::solver::{self, Progress, Run, Settings, StepError};
-use crate::system::{IndicatorSet, Kept, Renewal, System, kept, plain, shared_table, still, varied};
+use crate::system::{IndicatorSet, Renewal, System, Told, kept, plain, shared_table, slopes_of, still, told, varied};
 use crate::variables::Table;
 
 /// A model's equations in motion, in numbers with slopes.
 pub struct VariedRun<E: System<U>, const N: usize, const U: usize> {
     run: Box<Run<E, N, U, Tangent>>,
     table: Arc<Table>,
+    /// Places of the continuous states, numbered as in a [`Direction`](crate::session::Direction), among those that are integrated.
+    places: Vec<Option<usize>>,
     /// Slopes of the inputs.
     seeds: [Slopes; U],
     /// Clock of the host in s at the start.
@@ -37,7 +39,8 @@ impl<E: System<U>, const N: usize, const U: usize> VariedRun<E, N, U> {
         let mut run = Run::boxed(equations, settings, begin, u);
         run.set_clock(start.time);
         let (table, lost) = (shared_table::<E, U>(), [const { None }; DIRECTIONS]);
-        Self { run, table, seeds, start: start.time, lost, room: Renewal::default() }
+        let places = table.states().map(|reference| run.system().state_at(reference, N)).collect();
+        Self { run, table, places, seeds, start: start.time, lost, room: Renewal::default() }
     }
 
     /// Makes a step, and finds out why slopes are lost in it.
@@ -178,23 +181,25 @@ impl<E: System<U>, const N: usize, const U: usize> Varied for VariedRun<E, N, U>
         }
     }
 
-    fn place(&mut self, snapshot: &Snapshot, along: &[Along]) -> Result<(), SnapshotError> {
+    fn place(&mut self, snapshot: &Snapshot, seeds: &[Seed]) -> Result<(), SnapshotError> {
         let here = self.run.state().0.map(Tangent::value);
         let (states, (memory, progress, start)) =
             snapshot.read::<E, (Box<E::Memory<Real>>, Progress, f64), N, U>(self.run.system(), &here)?;
-        let number = |state: usize| {
-            self.table.states().nth(state).and_then(|reference| self.run.system().state_at(reference, N))
-        };
-        let place = |along: &Along| if let Along::State(state) = along { number(*state) } else { None };
-        let moved: Vec<Option<usize>> = along.iter().map(place).collect();
-        let slopes = |place: usize| std::array::from_fn(|way| f64::from(moved.get(way) == Some(&Some(place))));
-        let x = std::array::from_fn(|i| Tangent { value: states[i], slopes: slopes(i) });
-        let mut memory = varied(&*memory, |place| seeds(along, Along::Memory(place)));
+        let seeded = Seeded::new(seeds);
+        let mut x = states.map(Tangent::still);
+        let mut moved = [false; DIRECTIONS];
+        for (number, place) in self.places.iter().enumerate() {
+            if let Some(place) = place {
+                x[*place].slopes = seeded.state(number);
+                moved.iter_mut().zip(x[*place].slopes).for_each(|(moved, slope)| *moved |= slope != 0.0);
+            }
+        }
+        let mut memory = varied(&*memory, |place| seeded.memory(place));
         self.run.restore(x, &mut memory, progress);
-        self.seeds = std::array::from_fn(|i| seeds(along, Along::Input(i)));
+        self.seeds = std::array::from_fn(|i| seeded.input(i));
         self.run.set_clock(start);
         (self.start, self.lost) = (start, [const { None }; DIRECTIONS]);
-        for (direction, _) in moved.iter().enumerate().filter(|(_, place)| place.is_some() && !self.run.is_silent()) {
+        for (direction, _) in moved.iter().enumerate().filter(|(_, moved)| **moved && !self.run.is_silent()) {
             self.lost[direction] = self.at_a_limit(direction, false);
         }
         Ok(())
@@ -215,8 +220,8 @@ impl<E: System<U>, const N: usize, const U: usize> Varied for VariedRun<E, N, U>
     fn reseed(&mut self, states: &[f64], along: &[Along]) {
         let (x, memory) = self.run.state();
         let mut x = x.map(|state| Tangent::still(state.value));
-        for ((number, reference), value) in self.table.states().enumerate().zip(states) {
-            if let Some(place) = self.run.system().state_at(reference, N) {
+        for ((number, place), value) in self.places.iter().enumerate().zip(states) {
+            if let Some(place) = *place {
                 x[place] = Tangent { value: *value, slopes: seeds(along, Along::State(number)) };
             }
         }
@@ -262,20 +267,23 @@ impl<E: System<U>, const N: usize, const U: usize> Varied for VariedRun<E, N, U>
     }
 
     fn state(&self, state: usize) -> Slopes {
-        let place = self.table.states().nth(state).and_then(|reference| self.run.system().state_at(reference, N));
-        place.map_or(STILL, |place| self.run.state().0[place].slopes)
+        self.places.get(state).copied().flatten().map_or(STILL, |place| self.run.state().0[place].slopes)
     }
 
     fn states(&self, states: &mut [Tangent]) {
-        for (reference, slot) in self.table.states().zip(states) {
-            if let Some(place) = self.run.system().state_at(reference, N) {
-                *slot = self.run.state().0[place];
+        for (place, slot) in self.places.iter().zip(states) {
+            if let Some(place) = place {
+                *slot = self.run.state().0[*place];
             }
         }
     }
 
-    fn memory(&self) -> Vec<Kept> {
-        kept(self.run.state().1)
+    fn memory(&self) -> Vec<Told> {
+        told(self.run.state().1, |fields| self.run.system().telling(fields))
+    }
+
+    fn memory_slopes(&self) -> Vec<Slopes> {
+        slopes_of(self.run.state().1)
     }
 
     fn crossings(&self) -> Vec<Crossing> {

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::Model;
 use crate::co_simulation::Simulation;
 use crate::numbers::{DIRECTIONS, Slopes, Tangent};
-use crate::sensitivity::{Along, Crossing, DirectionError, NoDerivative, Varied, directions, seeds};
+use crate::sensitivity::{Along, Crossing, DirectionError, NoDerivative, Seed, Varied, directions, seeds};
 use crate::session::{Seeds, Snapshot, SnapshotError, Start};
 use crate::solver::StepError;
 use crate::variables::{Kind, Notice, ParameterError, Place, Role, Table, Variable};
@@ -511,7 +511,7 @@ impl Plant {
     /// A run beside this one from here on.
     fn vary_here(&self, along: &[Along]) -> Result<Box<dyn Varied>, ParameterError> {
         let mut varied = self.vary(along)?;
-        let placed = varied.place(&self.simulation.save(), along);
+        let placed = varied.place(&self.simulation.save(), &Seed::each(along));
         placed.map_err(|error| ParameterError::new("the present state", self.time(), &error.to_string()))?;
         Ok(varied)
     }

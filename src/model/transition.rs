@@ -1,14 +1,16 @@
 //! Steps of a plant as linear maps, and gradients of whole runs by the chain of them backwards.
 
+use std::collections::VecDeque;
+
 use super::plant::{Until, go};
 use super::{Plant, Saved};
-use crate::numbers::Tangent;
+use crate::numbers::{DIRECTIONS, Tangent, random};
 use crate::sensitivity::{
-    Along, Column, DirectionError, Gradient, NoDerivative, States, Tangents, Transition, TransitionError, Varied,
+    Along, Column, DirectionError, Gradient, NoDerivative, Seed, States, Tangents, Transition, TransitionError, Varied,
     directions,
 };
 use crate::session::Snapshot;
-use crate::system::Kept;
+use crate::system::Told;
 use crate::variables::{Kind, Place, find};
 
 /// Steps between two states that are saved on the way of a gradient, and transitions that are held at a time.
@@ -23,6 +25,8 @@ struct Columns {
     names: Vec<String>,
     /// Places of the outputs among the computed variables.
     outputs: Vec<usize>,
+    /// Places of directions that seldom act on anything.
+    seldom: Vec<usize>,
 }
 
 /// The steps of a run: the times in s at their ends and the inputs that are held over each.
@@ -129,14 +133,15 @@ impl Plant {
         let mut columns = vec![Vec::new(); along.len()];
         for places in self.groups(along, |_| true) {
             let group: Vec<Along> = places.iter().map(|place| along[*place]).collect();
-            let begin = self.vary_start(&group).map_err(|_| self.unlike(parameters))?;
+            let begin = self.vary_start(&group).map_err(|_| unlike(parameters.first().unwrap_or(&"states")))?;
             for (direction, place) in places.into_iter().enumerate() {
                 if let Some(lost) = begin.lost(direction) {
                     return Err(TransitionError::NoDerivative(lost.clone()));
                 }
                 let of_states = states.iter().map(|(number, name)| (name.clone(), begin.state(*number)[direction]));
+                let slopes = begin.memory_slopes();
                 let of_memory = begin.memory().into_iter();
-                let of_memory = of_memory.map(|kept| (format!("memory.{}", kept.name), kept.slopes[direction]));
+                let of_memory = of_memory.map(|number| (number.name, slopes[number.place][direction]));
                 columns[place] = of_states.chain(of_memory).collect();
             }
         }
@@ -179,11 +184,6 @@ impl Plant {
         Ok(Some(rows))
     }
 
-    fn unlike(&self, parameters: &[&str]) -> TransitionError {
-        let reason = "this run has no equations that can be differentiated by it";
-        TransitionError::Direction(DirectionError::refused(parameters.first().unwrap_or(&"states"), reason))
-    }
-
     fn columns(&mut self, parameters: &[&str], outputs: &[&str]) -> Result<Columns, TransitionError> {
         let table = self.table();
         let refused = |name: &str, reason| TransitionError::Direction(DirectionError::refused(name, reason));
@@ -210,19 +210,27 @@ impl Plant {
         });
         let states: States = numbered.collect();
         let snapshot = self.simulation.save();
-        let here = self.beside(&[Along::Input(0)], &snapshot).map(|varied| varied.memory());
-        let memory = here.ok_or_else(|| self.unlike(parameters))?;
-        let of_states = states.iter().map(|(number, name)| (Along::State(*number), name.clone()));
-        let of_memory = memory.into_iter().enumerate();
-        let of_memory = of_memory.map(|(number, kept)| (Along::Memory(number), format!("memory.{}", kept.name)));
-        let (mut along, names): (Vec<_>, Vec<_>) = of_states.chain(of_memory).unzip();
-        along.extend((0..self.inputs.len()).map(Along::Input));
+        let here = self.beside(&[Along::Input(0)], &[], &snapshot).map(|varied| varied.memory());
+        let memory = here.ok_or_else(|| unlike(parameters.first().unwrap_or(&"states")))?;
+        let mut along: Vec<Along> = states.iter().map(|(number, _)| Along::State(*number)).collect();
+        let mut seldom: Vec<usize> = Vec::new();
+        for number in &memory {
+            seldom.extend((!number.is_variable).then_some(along.len()));
+            along.push(Along::Memory(number.place));
+        }
+        let of_states = states.iter().map(|(_, name)| name.clone());
+        let names = of_states.chain(memory.into_iter().map(|number| number.name)).collect();
+        for (place, input) in table.inputs().enumerate() {
+            let may_act = matches!(input.kind, Kind::Real(_)) && table.lack(input, &self.parameters).is_none();
+            seldom.extend((!may_act).then_some(along.len()));
+            along.push(Along::Input(place));
+        }
         along.extend(parameters_along);
-        Ok(Columns { snapshot, along, states, names, outputs: places })
+        Ok(Columns { snapshot, along, states, names, outputs: places, seldom })
     }
 
     /// A run beside this one for a single step, from a saved state; nothing if there is none.
-    fn beside(&mut self, along: &[Along], snapshot: &Snapshot) -> Option<&mut dyn Varied> {
+    fn beside(&mut self, along: &[Along], seeds: &[Seed], snapshot: &Snapshot) -> Option<&mut dyn Varied> {
         let parameter = |along: &Along| if let Along::Parameter(place) = along { Some(*place) } else { None };
         let parameters = std::array::from_fn(|direction| along.get(direction).and_then(parameter));
         let place = match self.spare.iter().position(|(others, _)| *others == parameters) {
@@ -234,46 +242,112 @@ impl Plant {
             }
         };
         let (_, varied) = &mut self.spare[place];
-        varied.place(snapshot, along).ok()?;
+        varied.place(snapshot, seeds).ok()?;
         varied.set_inputs(&self.inputs, &self.slopes);
         Some(varied.as_mut())
     }
 
     /// The linear map of a step, or of none.
+    ///
+    /// What seldom acts on anything, such as the time at which the carriage stuck last, shares a direction, in which each has a slope
+    /// of its own. Where all that comes out is 0 or one of these slopes, each of them has been handed on or forgotten, and
+    /// its column is known; else halves of them are tried.
     fn linearised(
         &mut self,
         until: Option<Until>,
         parameters: &[&str],
         outputs: &[&str],
     ) -> Result<Transition, TransitionError> {
-        let Columns { snapshot, along, states, names, outputs } = self.columns(parameters, outputs)?;
-        let (inputs, computed) = (self.inputs.len(), self.computed_count());
-        let mut columns: Vec<Option<Column>> = vec![None; along.len()];
-        let mut shown = vec![Tangent::still(0.0); computed];
-        for places in self.groups(&along, |along| !matches!(along, Along::Parameter(_))) {
-            let group: Vec<Along> = places.iter().map(|place| along[*place]).collect();
-            let Some(varied) = self.beside(&group, &snapshot) else { return Err(self.unlike(parameters)) };
-            if let Some(until) = until {
-                go(varied, until).map_err(TransitionError::Step)?;
+        let of = self.columns(parameters, outputs)?;
+        let (inputs, number) = (self.inputs.len(), of.along.len());
+        let first_parameter = of.names.len() + inputs;
+        let mut columns: Vec<Option<Column>> = vec![None; number];
+        let mut next: Option<Vec<Told>> = None;
+        let mut is_seldom = vec![false; number];
+        of.seldom.iter().for_each(|place| is_seldom[*place] = true);
+        let singles = (0..first_parameter).filter(|place| !is_seldom[*place]).map(|place| vec![place]);
+        let together = (!of.seldom.is_empty()).then(|| of.seldom.clone());
+        let mut waiting: VecDeque<Vec<usize>> = singles.chain(together).collect();
+        while !waiting.is_empty() {
+            let sets: Vec<Vec<usize>> = waiting.drain(..DIRECTIONS.min(waiting.len())).collect();
+            let found = self.follow(&of, &sets, until, &mut next)?;
+            for (set, column) in sets.into_iter().zip(found) {
+                match &set[..] {
+                    [place] => columns[*place] = Some(column),
+                    _ => match column.each(set.iter().map(|place| own_slope(*place))) {
+                        Some(each) => set.into_iter().zip(each).for_each(|(place, own)| columns[place] = Some(own)),
+                        None if set.len() <= FEW => waiting.extend(set.into_iter().map(|place| vec![place])),
+                        None => {
+                            let (one, other) = set.split_at(set.len() / 2);
+                            waiting.extend([one.to_vec(), other.to_vec()]);
+                        }
+                    },
+                }
             }
-            let lost = varied.outputs(&mut shown);
-            let memory = varied.memory();
-            for ((direction, place), lost) in places.into_iter().enumerate().zip(lost) {
-                let own = |kept: &Kept| (kept.name.clone(), kept.slopes[direction]);
-                columns[place] = Some(Column {
-                    states: states.iter().map(|(number, _)| varied.state(*number)[direction]).collect(),
-                    memory: memory.iter().map(own).collect(),
-                    outputs: lost
-                        .map_or_else(|| Ok(outputs.iter().map(|place| shown[*place].slopes[direction]).collect()), Err),
-                });
-            }
+        }
+        for group in self.groups(&of.along[first_parameter..], |_| false) {
+            let sets: Vec<Vec<usize>> = group.iter().map(|place| vec![first_parameter + place]).collect();
+            let found = self.follow(&of, &sets, until, &mut next)?;
+            sets.into_iter().zip(found).for_each(|(set, column)| columns[set[0]] = Some(column));
         }
         let columns = columns.into_iter().flatten().collect();
         if let Some(until) = until {
             self.advance(until).map_err(TransitionError::Step)?;
         }
-        Ok(Transition::of(columns, &states, names, inputs, outputs.len()))
+        let of_states = of.states.iter().map(|(_, name)| name.clone());
+        let of_memory = next.into_iter().flatten().map(|number| number.name);
+        Ok(Transition::of(columns, [of.names, of_states.chain(of_memory).collect()], inputs, of.outputs.len()))
     }
+
+    /// Columns in as many directions as a run has, of each of which a set varies; at the end the memory has numbers that are looked up
+    /// once.
+    fn follow(
+        &mut self,
+        of: &Columns,
+        sets: &[Vec<usize>],
+        until: Option<Until>,
+        next: &mut Option<Vec<Told>>,
+    ) -> Result<Vec<Column>, TransitionError> {
+        let seeds = |(direction, set): (usize, &Vec<usize>)| {
+            let slope: fn(usize) -> f64 = if set.len() == 1 { |_| 1.0 } else { own_slope };
+            let seed = move |place: &usize| Seed { along: of.along[*place], direction, slope: slope(*place) };
+            set.iter().map(seed).collect::<Vec<_>>()
+        };
+        let seeds: Vec<Seed> = sets.iter().enumerate().flat_map(seeds).collect();
+        let along: Vec<Along> = sets.iter().map(|set| of.along[set[0]]).collect();
+        let mut shown = vec![Tangent::still(0.0); self.computed_count()];
+        let Some(varied) = self.beside(&along, &seeds, &of.snapshot) else {
+            return Err(unlike(of.names.first().map_or("states", String::as_str)));
+        };
+        if let Some(until) = until {
+            go(varied, until).map_err(TransitionError::Step)?;
+        }
+        let lost = varied.outputs(&mut shown);
+        let next = next.get_or_insert_with(|| varied.memory());
+        let memory = varied.memory_slopes();
+        let column = |(direction, lost): (usize, Option<NoDerivative>)| Column {
+            states: of.states.iter().map(|(number, _)| varied.state(*number)[direction]).collect(),
+            memory: next.iter().map(|number| memory[number.place][direction]).collect(),
+            outputs: match lost {
+                Some(lost) => Err(lost),
+                None => Ok(of.outputs.iter().map(|place| shown[*place].slopes[direction]).collect()),
+            },
+        };
+        Ok(lost.into_iter().enumerate().take(sets.len()).map(column).collect())
+    }
+}
+
+fn unlike(name: &str) -> TransitionError {
+    let reason = "this run has no equations that can be differentiated by it";
+    TransitionError::Direction(DirectionError::refused(name, reason))
+}
+
+/// The most directions that are tried one by one where they act on something together.
+const FEW: usize = 3;
+
+/// A slope that no other direction has.
+fn own_slope(place: usize) -> f64 {
+    random::uniform(&mut (place as u64)) + 1.0
 }
 
 /// Refuses outputs that are rounded, of which is told whether they matter and their names.

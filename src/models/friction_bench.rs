@@ -22,7 +22,7 @@ use crate::friction::{
 };
 use crate::model::{Experiment, Functions, Model, Panel, Start};
 use crate::numbers::{Real, Scalar, Varying};
-use crate::system::{Holder, Holds, Part, System, Tables, references};
+use crate::system::{Holder, Holds, Part, System, Tables, Telling, references};
 use crate::variables::{Condition, Fixed, ParameterError, ParameterSet, Values, Variable, units};
 use crate::{enumeration, holds, inputs, outputs, parameters, states};
 
@@ -379,6 +379,11 @@ impl<L: FrictionLaw> System<INPUTS> for FrictionBench<L> {
         memory.trend.follow(followed);
         Holder.follow(self, (time, x, inputs), memory);
         true
+    }
+
+    /// The trend is a sign.
+    fn telling(&self, fields: &str) -> Telling {
+        if fields == "trend.velocity" { Telling::Nothing } else { Telling::Fields }
     }
 
     fn fits<S: Varying>(&self, memory: &Memory<L::Memory<S>, S>) -> bool {

@@ -227,6 +227,11 @@ pub trait Actuating: Clone + std::fmt::Debug + Send + Sync + Sized + 'static {
         slots: &mut [S],
     );
 
+    /// Name of the computed variable that shows a number of its memory, given by the fields that lead to it.
+    fn variable_of(&self, _fields: &str) -> Option<&'static str> {
+        None
+    }
+
     /// Whether a memory has a meaning.
     fn fits<S: Varying>(&self, _memory: &Self::Memory<S>) -> bool {
         true

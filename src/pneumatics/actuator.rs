@@ -227,6 +227,9 @@ macro_rules! actuator_items {
                     )*
                     debug_assert!(rest.is_empty(), "all slots belong to an actuator");
                 }
+                fn variable_of(&self, fields: &str) -> Option<&'static str> {
+                    of_actuator!(self, |actuator| actuator.variable_of(fields))
+                }
                 fn fits<S: Varying>(&self, memory: &Memory<S>) -> bool {
                     match (self, memory) {
                         $((Self::$item(actuator), Memory::$item(memory)) => actuator.fits::<S>(memory),)*

@@ -77,12 +77,15 @@ impl Gradient {
 
     /// The weights of states by their names; of others there are none but 0.
     fn weights_of(&self, names: &[String], time: f64) -> Result<Vec<f64>, TransitionError> {
+        if are_same(&self.states, names) {
+            return Ok(self.states.iter().map(|(_, weight)| *weight).collect());
+        }
         let is_lost = |(name, weight): &&(String, f64)| *weight != 0.0 && !weight.is_nan() && !names.contains(name);
         if let Some((name, _)) = self.states.iter().find(is_lost) {
             let reason = "what follows depends on it, and it has no slope".to_owned();
             return Err(TransitionError::NoDerivative(NoDerivative { time, event: name.clone(), reason }));
         }
-        Ok(names.iter().map(|name| value_of(&self.states, name)).collect())
+        Ok(values_of(&self.states, names))
     }
 }
 
@@ -107,6 +110,9 @@ impl Tangents {
     pub fn check(&self, transition: &Transition, time: f64) -> Result<(), TransitionError> {
         let Transition { states, a, c, .. } = transition;
         let matters = |column: usize| a.iter().chain(c).any(|row| row[column] != 0.0);
+        if are_same(&self.states, states) {
+            return Ok(());
+        }
         let is_lost =
             |(column, name): &(usize, &String)| self.states.iter().all(|(other, _)| other != *name) && matters(*column);
         let Some((_, name)) = states.iter().enumerate().find(is_lost) else { return Ok(()) };
@@ -132,7 +138,7 @@ impl Tangents {
         inputs: &[f64],
         parameters: &[f64],
     ) -> Vec<f64> {
-        let states: Vec<f64> = transition.states.iter().map(|name| value_of(&self.states, name)).collect();
+        let states = values_of(&self.states, &transition.states);
         let product = |row: &[f64], factors: &[f64]| {
             let terms = row.iter().zip(factors).map(|(a, b)| if *a == 0.0 || *b == 0.0 { 0.0 } else { a * b });
             terms.sum::<f64>()
@@ -140,6 +146,19 @@ impl Tangents {
         let rows = by_states.iter().zip(by_inputs).zip(by_parameters);
         rows.map(|((x, u), p)| product(x, &states) + product(u, inputs) + product(p, parameters)).collect()
     }
+}
+
+/// Whether numbers have these names, as they do but where the mode changes.
+fn are_same(numbers: &[(String, f64)], names: &[String]) -> bool {
+    numbers.len() == names.len() && numbers.iter().zip(names).all(|((own, _), name)| own == name)
+}
+
+/// The numbers of names; 0 where there is none.
+fn values_of(numbers: &[(String, f64)], names: &[String]) -> Vec<f64> {
+    if are_same(numbers, names) {
+        return numbers.iter().map(|(_, value)| *value).collect();
+    }
+    names.iter().map(|name| value_of(numbers, name)).collect()
 }
 
 /// The number of a name; 0 if there is none.

@@ -22,10 +22,10 @@ mod transition;
 
 use std::fmt;
 
-use crate::numbers::{DIRECTIONS, Slopes, Tangent};
+use crate::numbers::{DIRECTIONS, STILL, Slopes, Tangent};
 use crate::session::{Snapshot, SnapshotError, Start};
 use crate::solver::StepError;
-use crate::system::Kept;
+use crate::system::Told;
 
 pub use self::adjoint::{Gradient, Tangents};
 pub use self::direction::{DirectionError, directions};
@@ -52,15 +52,15 @@ pub trait Varied: Send {
     /// Finds directions of parameters and inputs to one side of which the run begins in another mode: they have no derivative.
     fn check_start(&mut self, start: &Start);
 
-    /// Goes to a saved state of the plain run; from there on a state, a number of the memory, an addition to an input, or
-    /// a parameter that it has been built for, varies, each in the direction of its place.
+    /// Goes to a saved state of the plain run; from there on states, numbers of the memory and additions to inputs vary with the
+    /// seeds, and a parameter that it has been built for in its direction.
     ///
     /// # Errors
     /// [`SnapshotError`] when the saved state does not fit.
-    fn place(&mut self, snapshot: &Snapshot, along: &[Along]) -> Result<(), SnapshotError>;
+    fn place(&mut self, snapshot: &Snapshot, seeds: &[Seed]) -> Result<(), SnapshotError>;
 
     /// Moves the continuous states, numbered as in a [`Direction`](crate::session::Direction), to other values at the present time and
-    /// with the present modes; from there on each direction varies alone, as for [`place`](Self::place).
+    /// with the present modes; from there on each direction varies alone, as in [`Seed::each`].
     fn reseed(&mut self, states: &[f64], along: &[Along]);
 
     /// Does not tell from here on why there are no slopes: for a filter, whose steps then do not allocate.
@@ -95,8 +95,11 @@ pub trait Varied: Send {
     /// Writes the continuous states that are integrated, numbered as in a [`Direction`](crate::session::Direction).
     fn states(&self, states: &mut [Tangent]);
 
-    /// The numbers that the memory keeps.
-    fn memory(&self) -> Vec<Kept>;
+    /// The numbers of the memory that are told as states of a transition.
+    fn memory(&self) -> Vec<Told>;
+
+    /// The slopes of all numbers of the memory, by their places.
+    fn memory_slopes(&self) -> Vec<Slopes>;
 
     /// The events so far, each with a delay for each direction.
     fn crossings(&self) -> Vec<Crossing>;
@@ -170,7 +173,62 @@ pub enum Along {
     Memory(usize),
 }
 
+/// A slope that something has at first: a direction may vary several things at once.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Seed {
+    /// What varies.
+    pub along: Along,
+    /// The direction.
+    pub direction: usize,
+    /// The slope.
+    pub slope: f64,
+}
+
+impl Seed {
+    /// Directions in each of which one thing varies at the rate 1.
+    pub fn each(along: &[Along]) -> Vec<Self> {
+        along.iter().enumerate().map(|(direction, along)| Self { along: *along, direction, slope: 1.0 }).collect()
+    }
+}
+
 /// The slopes of a quantity that one of the directions may vary.
 pub(crate) fn seeds(along: &[Along], of: Along) -> Slopes {
     std::array::from_fn(|direction| if along.get(direction) == Some(&of) { 1.0 } else { 0.0 })
+}
+
+/// Seeds by what varies, to be looked up.
+#[derive(Debug, Default)]
+pub(crate) struct Seeded {
+    states: Vec<Slopes>,
+    memory: Vec<Slopes>,
+    inputs: Vec<Slopes>,
+}
+
+impl Seeded {
+    pub fn new(seeds: &[Seed]) -> Self {
+        let mut seeded = Self::default();
+        for Seed { along, direction, slope } in seeds {
+            let (all, place) = match along {
+                Along::State(place) => (&mut seeded.states, *place),
+                Along::Memory(place) => (&mut seeded.memory, *place),
+                Along::Input(place) => (&mut seeded.inputs, *place),
+                Along::Parameter(_) => continue,
+            };
+            all.resize(all.len().max(place + 1), STILL);
+            all[place][*direction] = *slope;
+        }
+        seeded
+    }
+
+    pub fn state(&self, place: usize) -> Slopes {
+        self.states.get(place).copied().unwrap_or(STILL)
+    }
+
+    pub fn memory(&self, place: usize) -> Slopes {
+        self.memory.get(place).copied().unwrap_or(STILL)
+    }
+
+    pub fn input(&self, place: usize) -> Slopes {
+        self.inputs.get(place).copied().unwrap_or(STILL)
+    }
 }

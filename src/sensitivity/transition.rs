@@ -1,5 +1,7 @@
 //! One communication step as a linear map.
 
+use std::collections::BTreeMap;
+
 use super::NoDerivative;
 
 /// Transition matrices of a communication step, exact through the events in it: rows are the results, columns the variables.
@@ -41,10 +43,37 @@ pub type States = Vec<(usize, String)>;
 pub struct Column {
     /// Slopes of the continuous states that are integrated.
     pub states: Vec<f64>,
-    /// The names of the numbers that the memory keeps, with their slopes.
-    pub memory: Vec<(String, f64)>,
+    /// Slopes of the numbers of the memory that are told.
+    pub memory: Vec<f64>,
     /// Slopes of the outputs.
     pub outputs: Result<Vec<f64>, NoDerivative>,
+}
+
+impl Column {
+    /// The columns of several things that vary together, each with a slope of its own, if all that comes out is 0 or one of these slopes.
+    pub(crate) fn each(&self, own: impl ExactSizeIterator<Item = f64>) -> Option<Vec<Self>> {
+        let Self { states, memory, outputs: Ok(outputs) } = self else { return None };
+        let nothing = Self {
+            states: vec![0.0; states.len()],
+            memory: vec![0.0; memory.len()],
+            outputs: Ok(vec![0.0; outputs.len()]),
+        };
+        let mut each = vec![nothing; own.len()];
+        let places: BTreeMap<u64, usize> = own.map(f64::to_bits).zip(0..).collect();
+        let rows = |column: &mut Self, row: usize| {
+            let behind_states = row.checked_sub(column.states.len());
+            let behind_memory = behind_states.and_then(|row| row.checked_sub(column.memory.len()));
+            match (behind_states, behind_memory) {
+                (None, _) => column.states[row] = 1.0,
+                (Some(row), None) => column.memory[row] = 1.0,
+                (_, Some(row)) => column.outputs.iter_mut().for_each(|outputs| outputs[row] = 1.0),
+            }
+        };
+        for (row, slope) in states.iter().chain(memory).chain(outputs).enumerate().filter(|(_, slope)| **slope != 0.0) {
+            rows(&mut each[*places.get(&slope.to_bits())?], row);
+        }
+        Some(each)
+    }
 }
 
 impl Transition {
@@ -57,24 +86,22 @@ impl Transition {
         })
     }
 
-    /// The map of its columns: by states and numbers of the memory with names, by a number of inputs, and by parameters.
-    pub fn of(columns: Vec<Column>, states: &States, names: Vec<String>, inputs: usize, outputs: usize) -> Self {
-        let memory: Vec<String> =
-            columns.first().into_iter().flat_map(|column| &column.memory).map(|(name, _)| name.clone()).collect();
+    /// The map of its columns: by states and numbers of the memory with names, by a number of inputs, and by parameters. At the end
+    /// the states and numbers of the memory have other names.
+    pub fn of(columns: Vec<Column>, [names, next]: [Vec<String>; 2], inputs: usize, outputs: usize) -> Self {
+        let states = columns.first().map_or(0, |column| column.states.len());
         // Columns without a derivative are left out: a request for one finds it missing.
         let with_slopes = || columns.iter().filter(|column| column.outputs.is_ok());
-        let has_slopes = |place: &usize| with_slopes().all(|column| !column.memory[*place].1.is_nan());
-        let kept: Vec<usize> = (0..memory.len()).filter(has_slopes).collect();
-        let next_states: Vec<String> = states
-            .iter()
-            .map(|(_, name)| name.clone())
-            .chain(kept.iter().map(|place| format!("memory.{}", memory[*place])))
-            .collect();
+        let has_slopes = |place: &usize| with_slopes().all(|column| !column.memory[*place].is_nan());
+        let kept: Vec<usize> = (0..next.len() - states).filter(has_slopes).collect();
+        let (of_states, of_memory) = next.split_at(states);
+        let kept_names = kept.iter().map(|place| of_memory[*place].clone());
+        let next_states: Vec<String> = of_states.iter().cloned().chain(kept_names).collect();
         let next_of = |column: &Column| -> Vec<f64> {
             if column.outputs.is_err() {
                 return vec![f64::NAN; next_states.len()];
             }
-            let of_memory = kept.iter().map(|place| column.memory[*place].1);
+            let of_memory = kept.iter().map(|place| column.memory[*place]);
             column.states.iter().copied().chain(of_memory).collect()
         };
         let next: Vec<Vec<f64>> = columns.iter().map(next_of).collect();

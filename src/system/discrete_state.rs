@@ -21,9 +21,48 @@ pub struct Kept {
     pub slopes: Slopes,
 }
 
+/// How a number that a discrete state keeps is told as a state of a transition.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Telling {
+    /// By the fields that lead to it.
+    Fields,
+    /// By the computed variable that shows it.
+    Variable(&'static str),
+    /// Not at all, since nothing depends on it under the present parameters.
+    Nothing,
+}
+
+/// A number that a discrete state keeps, as a state of a transition.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Told {
+    /// Its place among all numbers that the state keeps.
+    pub place: usize,
+    /// Its name.
+    pub name: String,
+    /// Whether it stands for a computed variable, which as a rule acts on others.
+    pub is_variable: bool,
+}
+
 /// The numbers that a discrete state keeps, in the order in which they are saved.
 pub fn kept<M: Serialize>(state: &M) -> Vec<Kept> {
     Finder::of(state).numbers.into_iter().map(|(_, kept)| kept).collect()
+}
+
+/// The same but for those of which nothing is told, by their names.
+pub fn told<M: Serialize>(state: &M, telling: impl Fn(&str) -> Telling) -> Vec<Told> {
+    let named = |(place, Kept { name, .. }): (usize, Kept)| match telling(&name) {
+        Telling::Fields => Some(Told { place, name: format!("memory.{name}"), is_variable: false }),
+        Telling::Variable(name) => Some(Told { place, name: name.to_owned(), is_variable: true }),
+        Telling::Nothing => None,
+    };
+    kept(state).into_iter().enumerate().filter_map(named).collect()
+}
+
+/// The slopes of the numbers that a discrete state keeps, in the order in which they are saved.
+pub fn slopes_of<M: Serialize>(state: &M) -> Vec<Slopes> {
+    let mut finder = Finder::default();
+    finder.find(state);
+    finder.numbers.into_iter().map(|(_, kept)| kept.slopes).collect()
 }
 
 /// A discrete state of numbers without slopes as one of numbers that have them, by the places of the numbers.
@@ -328,14 +367,14 @@ impl<'a> Serializer for Walk<'a> {
     }
 
     fn serialize_newtype_variant<T: Serialize + ?Sized>(
-        mut self,
+        self,
         _name: &'static str,
         index: u32,
-        variant: &'static str,
+        _variant: &'static str,
         value: &T,
     ) -> Result<(), Never> {
         self.0.whole(index.into());
-        self.within(variant, value)
+        value.serialize(self)
     }
 
     fn serialize_seq(self, length: Option<usize>) -> Result<Self, Never> {
@@ -494,12 +533,9 @@ mod tests {
         let of: State<Tangent> = varied(&plain, |place| first(10.0 * place as f64));
         assert_eq!(of, state(|value| 10.0 * (value - 2.0)));
         let found: Vec<_> = kept(&of).into_iter().map(|it| (it.name, it.slopes)).collect();
-        let expected = ["modes[3].Holds.place", "modes[3].Holds.load", "taps[1]", "taps[2]", "fall[2]"];
+        let expected = ["modes[3].place", "modes[3].load", "taps[1]", "taps[2]", "fall[2]"];
         for ((name, slopes), (place, expected)) in found.iter().zip(expected.iter().enumerate()) {
-            assert!(
-                expected.replace("Holds.", "") == *name && *slopes == first(10.0 * place as f64),
-                "{name} {slopes:?}"
-            );
+            assert!(*expected == *name && *slopes == first(10.0 * place as f64), "{name} {slopes:?}");
         }
         assert_eq!((found.len(), kept(&plain).len()), (5, 5));
     }

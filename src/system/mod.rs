@@ -31,10 +31,10 @@ use serde::{Serialize, de::DeserializeOwned};
 pub use self::closed_form::{ClosedForm, Stride};
 pub(crate) use self::couplings::bits;
 pub use self::couplings::{Couplings, Groups};
-pub use self::discrete_state::Kept;
 #[cfg(feature = "sensitivities")]
 pub(crate) use self::discrete_state::{Renewal, are_alike, still};
-pub(crate) use self::discrete_state::{kept, plain, reseeded, varied};
+pub use self::discrete_state::{Telling, Told};
+pub(crate) use self::discrete_state::{kept, plain, reseeded, slopes_of, told, varied};
 pub use self::event::Event;
 pub(crate) use self::event::assert_sound;
 #[doc(hidden)]
@@ -272,6 +272,11 @@ pub trait System<const U: usize>: Clone + Send + 'static {
     /// derivative.
     fn rounded(&self) -> Vec<String> {
         Vec::new()
+    }
+
+    /// How the number of the memory that fields lead to, such as `sensors[1].reading`, is told as a state of a transition.
+    fn telling(&self, _fields: &str) -> Telling {
+        Telling::Fields
     }
 
     /// Takes notice of a communication point at which a run arrives: samples that show there are taken. It must leave

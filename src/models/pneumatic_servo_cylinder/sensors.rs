@@ -7,7 +7,7 @@
 use crate::numbers::{Scalar, Varying, random};
 use crate::parameters;
 use crate::sensor::{self, Quantity, Sensor};
-use crate::system::Sample;
+use crate::system::{Sample, Telling};
 use crate::variables::{ParameterError, Variable, units};
 
 /// Number of sensors.
@@ -17,6 +17,9 @@ pub const COUNT: usize = 4;
 pub type Memory<S> = [sensor::Memory<S>; COUNT];
 
 const NAMES: [&str; COUNT] = ["position", "pressureA", "pressureB", "force"];
+/// Names of the readings.
+const HELD: [&str; COUNT] =
+    ["sensor.position.reading", "sensor.pressureA.reading", "sensor.pressureB.reading", "sensor.force.reading"];
 const TEXTS: [&str; COUNT] =
     ["position", "absolute pressure in chamber A", "absolute pressure in chamber B", "force between rod and carriage"];
 const LENGTH: Quantity = Quantity { unit: units::METRE, display: Some("mm"), most: 10.0, error: 1e-4 };
@@ -82,6 +85,14 @@ impl Sensors {
         rounded.map(|(place, _)| format!("sensors[{}].reading", place + 1)).collect()
     }
 
+    /// How the number that fields lead to in the memory of all is told, if it is theirs: the reading of a sensor that takes no samples
+    /// is computed from its quantity.
+    pub fn telling(&self, fields: &str) -> Option<Telling> {
+        let place = (0..COUNT).find(|place| fields == format!("sensors[{}].reading", place + 1))?;
+        let is_sampled = self.all()[place].sample_time > 0.0;
+        Some(if is_sampled { Telling::Variable(HELD[place]) } else { Telling::Nothing })
+    }
+
     /// Discrete states at the start, with quantities that were constant before.
     pub fn start<S: Varying>(&self, quantities: [S; COUNT]) -> Memory<S> {
         let (all, mut seeds) = (self.all(), self.seed);
@@ -140,7 +151,7 @@ impl Sensors {
             Variable { display, ..variable }.nominal(SCALES[place])
         };
         let reading = |place: usize| {
-            variable(READINGS, place, &format!("sensor.{}.reading", NAMES[place]))
+            variable(READINGS, place, HELD[place])
                 .depends_on(&known(place))
                 .text(&format!("Reading of the sensor of the {}", TEXTS[place]))
         };

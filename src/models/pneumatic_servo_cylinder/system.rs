@@ -18,7 +18,7 @@ use crate::pneumatics::{gas, orifice};
 use crate::sensor;
 use crate::system::{
     ClosedForm, Groups, Hints, Holder, Holds, Indicator, Limits, LongestSteps, Part, QUANTITIES, Sample, StateIndex,
-    Stride, System, Tables, UNUSED,
+    Stride, System, Tables, Telling, UNUSED,
 };
 use crate::variables::{Notice, Notices, ParameterError, Values};
 
@@ -256,6 +256,17 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool, const U: usize> System<
 
     fn rounded(&self) -> Vec<String> {
         self.sensors.rounded()
+    }
+
+    fn telling(&self, fields: &str) -> Telling {
+        if let Some(fields) = fields.strip_prefix("actuator") {
+            return self.actuator.variable_of(fields).map_or(Telling::Fields, Telling::Variable);
+        }
+        // The trend of an imposed motion is a sign.
+        match fields {
+            "motion.trend.velocity" => Telling::Nothing,
+            _ => self.sensors.telling(fields).unwrap_or(Telling::Fields),
+        }
     }
 
     fn sample<S: Varying, const N: usize>(&self, time: S, x: &mut [S; N], u: &[S; U], memory: &mut MemoryOf<L, A, S>) {

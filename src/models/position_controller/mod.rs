@@ -23,9 +23,9 @@ use serde::{Deserialize, Serialize};
 use crate::co_simulation::{Direction, Simulation, Snapshot, SnapshotError};
 use crate::model::{Course, Experiment, Functions, Model, Panel, Signal, Start};
 use crate::numbers::{DIRECTIONS, Real, STILL, Scalar, Slopes, Tangent, Varying, sign};
-use crate::sensitivity::{Along, Crossing, NoDerivative, Varied, seeds};
+use crate::sensitivity::{Along, Crossing, NoDerivative, Seed, Seeded, Varied, seeds};
 use crate::solver::StepError;
-use crate::system::{Held, Kept, Sample, kept, plain, reseeded, varied};
+use crate::system::{Held, Sample, Telling, Told, plain, reseeded, slopes_of, told, varied};
 use crate::variables::{
     Condition, Meaning, ParameterError, ParameterSet, Table, Tunable, Variable, table_cache, units,
 };
@@ -400,12 +400,13 @@ impl Varied for PositionController<Tangent> {
     /// The controller has one mode.
     fn check_start(&mut self, _start: &Start) {}
 
-    fn place(&mut self, snapshot: &Snapshot, along: &[Along]) -> Result<(), SnapshotError> {
+    fn place(&mut self, snapshot: &Snapshot, seeds: &[Seed]) -> Result<(), SnapshotError> {
         let Memory { start, count, last } = saved(snapshot)?;
-        let last = varied(&last, |place| seeds(along, Along::Memory(place)));
+        let seeded = Seeded::new(seeds);
+        let last = varied(&last, |place| seeded.memory(place));
         (self.time, self.memory, self.lost) =
             (snapshot.time, Memory { start, count, last }, [const { None }; DIRECTIONS]);
-        self.seeds = std::array::from_fn(|i| seeds(along, Along::Input(i)));
+        self.seeds = std::array::from_fn(|i| seeded.input(i));
         Ok(())
     }
 
@@ -445,8 +446,12 @@ impl Varied for PositionController<Tangent> {
 
     fn states(&self, _states: &mut [Tangent]) {}
 
-    fn memory(&self) -> Vec<Kept> {
-        kept(&self.memory.last)
+    fn memory(&self) -> Vec<Told> {
+        told(&self.memory.last, |_| Telling::Fields)
+    }
+
+    fn memory_slopes(&self) -> Vec<Slopes> {
+        slopes_of(&self.memory.last)
     }
 
     fn crossings(&self) -> Vec<Crossing> {

@@ -158,6 +158,8 @@ impl Valve {
 /// Value references of the states.
 const SPOOL: u32 = 113;
 const SPOOL_VELOCITY: u32 = 202;
+/// Name of the variable that is the set point.
+const COMMAND: &str = "valve.command";
 
 outputs! {
     /// The computed variables of [`ProportionalValve`].
@@ -171,7 +173,7 @@ outputs! {
         spool_acceleration = Variable::output(204, "der(valve.spoolVelocity)", units::PER_SECOND_SQUARED).local().nominal(1e5).derivative_of(SPOOL_VELOCITY)
             .depends_on(&[VOLTAGE, SPOOL, SPOOL_VELOCITY])
             .text("Acceleration of the spool");
-        valve_command = Variable::output(206, "valve.command", units::ONE).local().nominal(1.0)
+        valve_command = Variable::output(206, COMMAND, units::ONE).local().nominal(1.0)
             .depends_on(&[VOLTAGE])
             .text("Set point of the spool after the hysteresis");
     }
@@ -261,6 +263,10 @@ impl Actuating for ProportionalValve {
         let closed_form = self.valve.spool.later(states, *set_point, stride);
         let [_, spool] = closed_form.defect;
         ClosedForm { defect: [S::zero(), spool * DEFECT_WEIGHT], ..closed_form }
+    }
+
+    fn variable_of(&self, _fields: &str) -> Option<&'static str> {
+        Some(COMMAND)
     }
 
     fn follow<S: Varying>(&self, commands: Commands<S>, set_point: &mut S) {
