@@ -139,7 +139,8 @@ class Observer:
         own = Model(model) if isinstance(model, str) else model
         self._inputs = list(own.inputs)
         simulation = own.start(settings)
-        for held in held_between_samples(own, simulation):
+        sampled = list(held_between_samples(own, simulation))
+        for held in sampled:
             warn(f"{held}, which the derivatives of a step do not show: the estimates diverge; choose another law")
         deviations = [
             [(name, float(value)) for name, value in values.settings(argument, own.variables, given or {}).items()]
@@ -153,7 +154,7 @@ class Observer:
             own._native, list(simulation._settings.items()), deviations[0], self._period,
             (deviations[1], deviations[2]), others,
         )  # fmt: skip
-        if hanging := _hanging_on_memory(own, simulation, self._period):
+        if not sampled and (hanging := _hanging_on_memory(own, simulation, self._period)):
             warn(hanging)
         self._measured = [name for name, _ in deviations[0]]
         self._names = [*self._native.names(), *others]
