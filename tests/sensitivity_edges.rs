@@ -3,6 +3,7 @@
 use std::f64::consts::TAU;
 
 use pneumatic_servo::model::{Plant, Setup};
+use pneumatic_servo::models::driven_slider;
 use pneumatic_servo::models::pneumatic_servo_cylinder::MODEL;
 
 /// A voltage over time.
@@ -206,4 +207,31 @@ fn start_at_an_end_of_the_stroke_has_the_slope_to_the_inside() {
         }
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+/// A faster tray has shorter time steps of the walk, in which the velocity changes by less.
+#[test]
+fn walk_beside_the_slider_varies_with_the_frequency_of_the_tray() {
+    let setup = Setup::new(&driven_slider::MODEL);
+    let value = setup.get("tray.frequency").expect("a parameter");
+    // Communication points that no step of the walk falls on.
+    let velocities = |offset: f64| {
+        let mut plant = setup.clone().set("tray.frequency", value + offset).expect("legal").start(0.0).expect("starts");
+        let velocity = |k: u32| {
+            plant.advance_to(5.03e-4 * f64::from(k)).expect("advances");
+            plant.get("walk.velocity").expect("a variable")
+        };
+        (1..100).map(velocity).collect::<Vec<_>>()
+    };
+    let mut plant = setup.start(0.0).expect("starts");
+    plant.carry_sensitivities(&["tray.frequency"]).expect("a parameter");
+    let place = plant.table().computed().position(|it| it.name == "walk.velocity").expect("a computed variable");
+    let mut differs = 0;
+    for (k, (above, below)) in (1..100).zip(velocities(1e-7).into_iter().zip(velocities(-1e-7))) {
+        plant.advance_to(5.03e-4 * f64::from(k)).expect("advances");
+        let (found, difference) = (plant.sensitivities(0).expect("slopes")[place], (above - below) / 2e-7);
+        assert!((found - difference).abs() < 1e-6, "row {k}: {found} for {difference}");
+        differs += u32::from(difference.abs() > 1e-4);
+    }
+    assert!(differs > 50, "{differs}");
 }

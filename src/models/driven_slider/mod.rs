@@ -85,7 +85,7 @@ impl<L: FrictionLaw> DrivenSlider<L> {
         let stick_free = tray.stick_free(flight_time);
         let walk = (p.walk_steps > 0).then(|| {
             let coefficients = [p.static_coefficient, p.dynamic_coefficient];
-            let time_step = 1.0 / (p.tray_frequency.value * f64::from(p.walk_steps));
+            let time_step = 1.0 / (p.tray_frequency * f64::from(p.walk_steps));
             Walk::new([tray, stick_free], coefficients, time_step, p.seed)
         });
         Self {
@@ -196,7 +196,7 @@ impl<L: FrictionLaw> System<1> for DrivenSlider<L> {
 
     /// Where the tray turns back the force on a stuck slider is largest: a step ends there, lest it miss a break-away.
     fn next_sample<S: Varying>(&self, memory: &Memory<L::Memory<S>>) -> Sample<S> {
-        let of_walk = |walk: Walk| Sample::periodic(S::of(walk.next_step(&memory.walk)), walk.time_step);
+        let of_walk = |walk: Walk| Sample::periodic(S::of(walk.next_step(&memory.walk)), walk.time_step.value);
         let turn = Sample::exact(S::along(self.peak_time(memory.peak)));
         let of_friction = self.friction.next_sample(&memory.friction);
         self.walk.map_or(Sample::never(), of_walk).earlier(turn).earlier(of_friction)

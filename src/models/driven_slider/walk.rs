@@ -77,7 +77,7 @@ pub struct Walk {
     /// Probability of a move towards the stick-free attractor.
     pub chi: Tunable,
     /// Time step in s.
-    pub time_step: f64,
+    pub time_step: Tunable,
     /// Velocity step in m/s.
     pub velocity_step: Tunable,
     /// Seed of the random numbers.
@@ -106,7 +106,7 @@ impl State {
 
 impl Walk {
     /// The walk of a slider with a static and a dynamic friction coefficient between two attractors.
-    pub fn new([tray, free]: [Harmonic; 2], [statics, dynamic]: [Tunable; 2], time_step: f64, seed: u64) -> Self {
+    pub fn new([tray, free]: [Harmonic; 2], [statics, dynamic]: [Tunable; 2], time_step: Tunable, seed: u64) -> Self {
         let chi = (statics - dynamic) / statics * tray.amplitude * tray.frequency / GRAVITY;
         Self { tray, free, chi, time_step, velocity_step: dynamic * GRAVITY * time_step, seed }
     }
@@ -118,7 +118,7 @@ impl Walk {
 
     /// Time in s of the next step.
     pub fn next_step(&self, state: &State) -> f64 {
-        state.next * self.time_step
+        state.next * self.time_step.value
     }
 
     /// Takes the step that is due.
@@ -140,7 +140,7 @@ impl Walk {
     }
 
     fn number_after(&self, time: f64) -> f64 {
-        libm::floor(time / self.time_step * (1.0 + f64::EPSILON)) + 1.0
+        libm::floor(time / self.time_step.value * (1.0 + f64::EPSILON)) + 1.0
     }
 }
 
@@ -210,7 +210,7 @@ mod tests {
     /// Steps are at whole multiples of 0.1 ms, whenever a run starts; one that is due at its start is over.
     #[test]
     fn first_step_is_the_next_multiple_of_the_time_step() {
-        let walk = Walk::new([TRAY, TRAY.stick_free(still(0.02))], [0.4, 0.3].map(still), 1e-4, 1);
+        let walk = Walk::new([TRAY, TRAY.stick_free(still(0.02))], [0.4, 0.3].map(still), still(1e-4), 1);
         for (time, next) in
             [(0.0, 1.0), (0.5e-4, 1.0), (1e-4, 2.0), (0.0123, 124.0), (0.012_345, 124.0), (2.0, 20_001.0)]
         {
@@ -222,7 +222,7 @@ mod tests {
     #[test]
     fn vanishing_chi_follows_the_tray() {
         let tray = Harmonic { amplitude: still(0.02), ..TRAY };
-        let walk = Walk::new([tray, tray.stick_free(still(0.02))], [0.32, 0.32].map(still), 1e-4, 1);
+        let walk = Walk::new([tray, tray.stick_free(still(0.02))], [0.32, 0.32].map(still), still(1e-4), 1);
         assert_eq!(walk.chi.value, 0.0);
         assert!(distance(&walk, &walk.tray) <= 1.5);
         assert!(distance(&walk, &walk.free) > 5.0);
@@ -232,8 +232,12 @@ mod tests {
     #[test]
     fn chi_above_one_follows_the_stick_free_attractor() {
         let tray = Harmonic { amplitude: 1.35 * GRAVITY / TRAY.frequency, ..TRAY };
-        let walk =
-            Walk::new([tray, tray.stick_free(tray.amplitude / (1.5 * GRAVITY))], [15.0, 1.5].map(still), 1e-4, 1);
+        let walk = Walk::new(
+            [tray, tray.stick_free(tray.amplitude / (1.5 * GRAVITY))],
+            [15.0, 1.5].map(still),
+            still(1e-4),
+            1,
+        );
         assert!(walk.chi.value > 1.0);
         assert!(distance(&walk, &walk.free) <= 1.5);
         assert!(distance(&walk, &walk.tray) > 5.0);
