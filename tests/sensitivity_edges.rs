@@ -235,3 +235,38 @@ fn walk_beside_the_slider_varies_with_the_frequency_of_the_tray() {
     }
     assert!(differs > 50, "{differs}");
 }
+
+/// Steps that divide the delay end beside it but for rounding, and leave two points of the past motion that nothing is between.
+#[test]
+fn delay_has_a_slope_where_steps_divide_it() {
+    let setup = setup("Armstrong", &[]);
+    let delay = setup.get("friction.armstrong.tauL").expect("a parameter");
+    for parts in [1, 2, 4] {
+        let step = delay / f64::from(parts);
+        let positions = |offset: f64| {
+            let moved = setup.clone().set("friction.armstrong.tauL", delay + offset).expect("legal");
+            stepped(&mut moved.start(0.0).expect("starts"), step, |plant| plant.get("position").expect("a variable"))
+        };
+        let mut plant = setup.start(0.0).expect("starts");
+        plant.carry_sensitivities(&["friction.armstrong.tauL"]).expect("a parameter");
+        let place = plant.table().computed().position(|it| it.name == "position").expect("a computed variable");
+        let found = stepped(&mut plant, step, |plant| plant.sensitivities(0).expect("slopes")[place]);
+        let differences: Vec<f64> =
+            positions(1e-8).into_iter().zip(positions(-1e-8)).map(|(above, below)| (above - below) / 2e-8).collect();
+        let largest = differences.iter().fold(0.0f64, |most, it| most.max(it.abs()));
+        for (row, (found, difference)) in found.into_iter().zip(differences).enumerate() {
+            assert!((found - difference).abs() < 1e-3 * largest, "{parts}, row {row}: {found} for {difference}");
+        }
+    }
+}
+
+/// A sine of the voltage in steps of a size, and what is seen after each.
+fn stepped(plant: &mut Plant, step: f64, mut look: impl FnMut(&mut Plant) -> f64) -> Vec<f64> {
+    let mut rows = Vec::new();
+    for k in 0..(0.3 / step).round() as u32 {
+        plant.set("valveVoltage", 5.0 + 2.0 * (TAU * step * f64::from(k)).sin()).expect("legal");
+        plant.advance_to(step * f64::from(k + 1)).expect("advances");
+        rows.push(look(plant));
+    }
+    rows
+}

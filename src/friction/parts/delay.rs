@@ -12,6 +12,8 @@ const RESOLUTION: usize = 64;
 const CAPACITY: usize = 2 * RESOLUTION + 4;
 /// Extra time that points are kept, as a fraction of the delay: too short for any more of them.
 const SPARE: f64 = 0.25 / RESOLUTION as f64;
+/// Distance of two points, as a fraction of the delay, below which rounding keeps them apart.
+const ROUNDING: f64 = 1e-9;
 /// Longest step of the solver as a fraction of the delay.
 const LONGEST_STEP: f64 = 0.25;
 
@@ -26,10 +28,20 @@ struct Point<S> {
     after: S,
 }
 
-impl<S: Scalar> Point<S> {
+impl<S: Varying> Point<S> {
     fn new(contact: &Contact<S>) -> Self {
         let &Contact { time, position, velocity, .. } = contact;
         Self { time, position, before: velocity, after: velocity }
+    }
+
+    /// The velocity in m/s at a time in s between two points.
+    fn between<T: Scalar<Held = S>>([from, to]: [Self; 2], time: T) -> T {
+        let length = to.time - from.time;
+        let mean = (to.position - from.position) / length;
+        let share = (time - T::held(from.time)) / T::held(length);
+        let rest = -share + 1.0;
+        let bend = mean * 6.0 - (from.after + to.before) * 3.0;
+        rest * T::held(from.after) + share * T::held(to.before) + share * rest * T::held(bend)
     }
 }
 
@@ -70,13 +82,15 @@ impl<H: Varying> DelayLine<H> {
         if next == 0 {
             return S::held(self.points[0].before);
         }
-        let (from, to) = (self.points[next - 1], self.points[next]);
-        let length = to.time - from.time;
-        let mean = (to.position - from.position) / length;
-        let share = (time - S::held(from.time)) / S::held(length);
-        let rest = -share + 1.0;
-        let bend = mean * 6.0 - (from.after + to.before) * 3.0;
-        rest * S::held(from.after) + share * S::held(to.before) + share * rest * S::held(bend)
+        let [from, to] = [self.points[next - 1], self.points[next]];
+        let velocity = Point::between([from, to], time);
+        if !H::VARIES || (to.time - from.time).value() > ROUNDING * delay.value {
+            return velocity;
+        }
+        // Steps that divide the delay end beside it but for rounding: between two such points the velocity is that of either, and
+        // its slope that between the points around them.
+        let around = [next.saturating_sub(2), (next + 1).min(self.points.len() - 1)];
+        Point::between(around.map(|place| self.points[place]), time).chain(velocity.value(), 1.0)
     }
 
     /// Takes in the present point.
