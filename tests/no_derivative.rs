@@ -190,8 +190,7 @@ fn reading_that_is_rounded_has_no_gradient() {
         let forwards = begin().tangent(steps(), (&["valve.C"], &[1.0]), &[output], |_, _| 0.0, || true).map(|_| ());
         for (found, time) in [(backwards, 0.2), (forwards, 0.1)] {
             let told = found.err().map(|error| error.to_string());
-            let expected =
-                format!("from t = {time} s on, at {output}: it depends on a number of the memory that has no");
+            let expected = format!("from t = {time} s on, at {output}: it is rounded");
             assert_eq!(told.is_some(), is_told, "{told:?}");
             assert!(told.as_ref().is_none_or(|told| told.contains(&expected)), "{told:?}, not {expected}");
         }

@@ -270,3 +270,48 @@ fn stepped(plant: &mut Plant, step: f64, mut look: impl FnMut(&mut Plant) -> f64
     }
     rows
 }
+
+/// A valve that begins to open just at a communication point feeds the chamber a moment later with less delay, and not yet with more.
+#[test]
+fn flow_has_no_slope_in_the_rows_at_which_a_valve_begins_to_move() {
+    for by in ["switching.openingDelay", "switching.closingDelay"] {
+        let setup = setup("Stribeck", &[]).set("actuation", "SwitchingValves").expect("an actuator");
+        let value = setup.get(by).expect("a parameter");
+        let flows = |offset: f64| {
+            let moved = setup.clone().set(by, value + offset).expect("legal");
+            rows(&moved, |_| 7.0, 0.05, "chamberA.massFlow")
+        };
+        let (here, above, below) = (flows(0.0), flows(1e-8), flows(-1e-8));
+        let mut plant = setup.start(0.0).expect("starts");
+        plant.carry_sensitivities(&[by]).expect("a parameter");
+        let place = |name: &str| plant.table().computed().position(|it| it.name == name).expect("a computed variable");
+        let (flow, position) = (place("chamberA.massFlow"), place("position"));
+        let (mut row, mut bends) = (0, 0);
+        run(
+            &mut plant,
+            |_| 7.0,
+            0.05,
+            |plant| {
+                let found = plant.sensitivities(0).expect("slopes of the states");
+                let [left, right] = [here[row] - below[row], above[row] - here[row]].map(|change| change / 1e-8);
+                let bends_here = (left - right).abs() > 0.1 * left.abs().max(right.abs()).max(1e-3);
+                assert_eq!(
+                    found[flow].is_nan(),
+                    bends_here,
+                    "{by}, row {row}: {} between {left} and {right}",
+                    found[flow]
+                );
+                assert!(found[position].is_finite(), "{by}, row {row}");
+                if !bends_here {
+                    assert!(
+                        (found[flow] - left).abs() < 1e-3 * left.abs().max(1e-2),
+                        "{by}, row {row}: {} {left}",
+                        found[flow]
+                    );
+                }
+                (row, bends) = (row + 1, bends + u32::from(bends_here));
+            },
+        );
+        assert!(bends >= 4, "{by}: {bends}");
+    }
+}

@@ -122,7 +122,10 @@ class Sensitivities:
             raise self.lost[key[1]]
         lacking = np.isnan(found)
         if lacking.any():
-            reason = "it depends on a number of the memory that has no slope, as one that is rounded"
+            reason = (
+                "it is rounded, or bends just there, as a flow where a valve begins to open at a communication point; "
+                "until_lost has the other rows"
+            )
             raise NoDerivative(float(self._time[np.argmax(lacking)]), key[0], reason)
         return found
 

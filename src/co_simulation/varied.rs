@@ -25,6 +25,9 @@ pub struct VariedRun<E: System<U>, const N: usize, const U: usize> {
 
 const DIFFERENT_MODES: &str = "the modes differ from one side of it to the other";
 
+/// Share of a slope by which that on the other side of a bend differs.
+const BENT: f64 = 1e-6;
+
 /// Share of its magnitude by which a direction is followed to see whether the run begins in another mode there.
 const BESIDE: f64 = 1e-7;
 
@@ -110,6 +113,21 @@ impl<E: System<U>, const N: usize, const U: usize> VariedRun<E, N, U> {
             time: self.start + self.run.time(),
             event: event.to_owned(),
             reason: "they depend on a number of the memory that has no slope".to_owned(),
+        }
+    }
+
+    /// Drops slopes that are others on the other side of a sample which is just now, at an instant that varies.
+    fn drop_bent(&self, computed: &mut [Tangent]) {
+        let Some((x, memory)) = self.run.beside_sample() else { return };
+        let mut beside = vec![Tangent::still(0.0); computed.len()];
+        let (system, time, u) = (self.run.system(), Tangent::still(self.run.time()), self.run.inputs().0);
+        system.outputs(time, &x, &u, &memory, &mut beside);
+        for (here, there) in computed.iter_mut().zip(beside) {
+            for (slope, other) in here.slopes.iter_mut().zip(there.slopes) {
+                if (*slope - other).abs() > BENT * slope.abs().max(other.abs()) {
+                    *slope = f64::NAN;
+                }
+            }
         }
     }
 
@@ -263,6 +281,9 @@ impl<E: System<U>, const N: usize, const U: usize> Varied for VariedRun<E, N, U>
                 }
             }
         });
+        if !self.run.is_silent() {
+            self.drop_bent(computed);
+        }
         why
     }
 

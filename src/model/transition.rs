@@ -350,6 +350,10 @@ fn own_slope(place: usize) -> f64 {
     random::uniform(&mut (place as u64)) + 1.0
 }
 
+/// Why an output has no slope where the states have one.
+const NO_SLOPE: &str =
+    "it is rounded, or bends just there, as a flow where a valve begins to open at a communication point";
+
 /// Refuses outputs that are rounded, of which is told whether they matter and their names.
 fn refuse_rounded<'a>(
     transition: &Transition,
@@ -357,6 +361,6 @@ fn refuse_rounded<'a>(
     told: impl Fn(usize) -> (bool, &'a str),
 ) -> Result<(), TransitionError> {
     let Some(output) = transition.rounded(|output| told(output).0) else { return Ok(()) };
-    let reason = "it depends on a number of the memory that has no slope, as one that is rounded".to_owned();
+    let reason = NO_SLOPE.to_owned();
     Err(TransitionError::NoDerivative(NoDerivative { time, event: told(output).1.to_owned(), reason }))
 }

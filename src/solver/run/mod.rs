@@ -12,6 +12,7 @@ use serde::{Deserialize, Serialize};
 
 use self::choice::Choice;
 use self::strides::Strides;
+use self::varied::Passed;
 pub use self::varied::{Crossing, Lost};
 use super::balance::Balance;
 use super::error::StepError;
@@ -123,6 +124,8 @@ pub struct Run<H: System<U>, const N: usize, const U: usize, S: Varying = Real> 
     crossings: Vec<Crossing>,
     /// Where these have lost their slopes.
     lost: [Option<Lost>; DIRECTIONS],
+    /// Time in s, states and memory before the last sample, if its instant varies.
+    passed: Option<Box<Passed<H::Memory<S>, N, S>>>,
     /// Whether slopes are lost without a word.
     is_silent: bool,
     /// Magnitudes of the indicators, of numbers with slopes.
@@ -203,6 +206,7 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
             peaks: [STILL; N],
             crossings: Vec::new(),
             lost: [const { None }; DIRECTIONS],
+            passed: None,
             is_silent: false,
             nominals: if S::VARIES {
                 H::indicator_list().iter().map(|indicator| indicator.nominal).collect()
@@ -298,6 +302,7 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
         if S::VARIES {
             (self.late, self.peaks, self.jumped) = (STILL, [STILL; N], false);
             self.lost = [const { None }; DIRECTIONS];
+            self.passed = None;
             self.crossings.clear();
         }
     }
@@ -436,6 +441,7 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
     fn sample(&mut self, time: f64) -> Result<(), StepError> {
         if S::VARIES {
             let due: Sample<S> = self.system.next_sample::<S>(&self.memory);
+            self.pass(due.time.slopes());
             self.postpone(due.time.slopes());
         }
         let now = S::with(time, self.late);

@@ -21,7 +21,7 @@ use crate::solver::relaxing::Relaxing;
 use crate::solver::runge_kutta::{Explicit, Stages};
 use crate::solver::trial::{Linearisation, Trial};
 use crate::solver::{array, numbers, rosenbrock, values};
-use crate::system::System;
+use crate::system::{Sample, System};
 
 /// Rate in 1/s of an indicator, relative to its nominal value, below which the motion grazes its limit.
 const GRAZING: f64 = 1e-7;
@@ -61,6 +61,13 @@ pub struct Crossing {
     pub rate: f64,
     /// Derivatives of its time, in s per unit of each direction.
     pub delays: Slopes,
+}
+
+/// Time in s, states and memory before a sample.
+pub(super) struct Passed<M, const N: usize, S> {
+    time: f64,
+    x: [S; N],
+    memory: M,
 }
 
 /// A point from which on a run has no derivative.
@@ -222,6 +229,41 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
             }
         }
         self.held = [false; N];
+    }
+
+    /// Remembers what is before a sample whose instant varies with delays.
+    #[inline(always)]
+    pub(super) fn pass(&mut self, delays: Slopes) {
+        if delays != STILL && !self.is_silent {
+            self.passed = Some(Box::new(Passed { time: self.time, x: self.x, memory: self.memory.clone() }));
+        }
+    }
+
+    /// States and memory on the other side of a sample that is taken at the present communication point, at an instant that varies: one
+    /// that has just been taken, or is due. What bends there has another slope on that side.
+    pub fn beside_sample(&self) -> Option<([S; N], H::Memory<S>)> {
+        let is_now = |time: f64| {
+            let sample = Sample::near(S::of(time), f64::INFINITY).rounded(self.time, self.start);
+            sample.is_due_at(self.time) && !sample.is_before(self.time)
+        };
+        if let Some(passed) = self.passed.as_ref().filter(|passed| is_now(passed.time)) {
+            return Some((passed.x, passed.memory.clone()));
+        }
+        let (time, u) = (S::of(self.time), self.inputs.at(self.time));
+        self.consistent(|x, memory| {
+            let due: S = self.system.next_sample::<S>(memory).time;
+            if due.slopes() == STILL || !is_now(due.value()) {
+                return None;
+            }
+            let later = |x: &[S; N], memory: &H::Memory<S>, delays: Slopes| -> [S; N] {
+                let rates = self.system.derivatives(time, x, &u, memory);
+                array(|i| S::with(x[i].value(), moved(x[i].slopes(), rates[i].value(), &delays)))
+            };
+            let (mut there, mut memory) = (later(x, memory, due.slopes()), memory.clone());
+            let now = S::with(due.value().max(self.time), due.slopes());
+            self.system.sample(now, &mut there, &u, &mut memory);
+            Some((later(&there, &memory, due.slopes().map(|delay| -delay)), memory))
+        })
     }
 
     /// Goes on to an instant that is later by delays of the value 0.
