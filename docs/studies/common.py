@@ -48,30 +48,31 @@ def parameter_set(name: str) -> dict[str, ps.Value]:
 
 def arguments(text: str) -> argparse.Namespace:
     """Folder of the results, size, and number of processes."""
-    parser = _parser(text)
-    parser.add_argument("--small", action="store_true", help="a few points only, in seconds")
-    return parsed(parser)
+    own = parser(text)
+    own.add_argument("--small", action="store_true", help="a few points only, in seconds")
+    return parsed(own)
 
 
 def repeated(text: str, laws: Iterable[str], chosen: Iterable[str], count: int) -> argparse.ArgumentParser:
     """Options: laws, repetitions, duration of the records, folder of the results, number of processes."""
-    parser = _parser(text)
-    parser.add_argument("--laws", nargs="+", default=list(chosen), choices=laws)
-    parser.add_argument("--repetitions", type=int, default=count)
-    parser.add_argument("--duration", type=float, default=3.0, help="of the records in s")
-    return parser
+    own = parser(text)
+    own.add_argument("--laws", nargs="+", default=list(chosen), choices=laws)
+    own.add_argument("--repetitions", type=int, default=count)
+    own.add_argument("--duration", type=float, default=3.0, help="of the records in s")
+    return own
 
 
-def _parser(text: str) -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(description=text, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--output", type=Path, default=ROOT / "target" / "studies", help="folder of figures and tables")
-    parser.add_argument("--workers", type=int, default=os.cpu_count(), help="number of processes (default: all cores)")
-    return parser
+def parser(text: str) -> argparse.ArgumentParser:
+    """Options: folder of the results, number of processes."""
+    own = argparse.ArgumentParser(description=text, formatter_class=argparse.RawDescriptionHelpFormatter)
+    own.add_argument("--output", type=Path, default=ROOT / "target" / "studies", help="folder of figures and tables")
+    own.add_argument("--workers", type=int, default=os.cpu_count(), help="number of processes (default: all cores)")
+    return own
 
 
-def parsed(parser: argparse.ArgumentParser) -> argparse.Namespace:
+def parsed(own: argparse.ArgumentParser) -> argparse.Namespace:
     """Options of the command line, with the folder of the results made."""
-    options = parser.parse_args()
+    options = own.parse_args()
     options.output.mkdir(parents=True, exist_ok=True)
     return options
 

@@ -197,3 +197,12 @@ def test_drift_is_identified_and_a_rest_is_remembered(tmp_path: Path) -> None:
     for law, course in courses.items():
         growth = course[-1][1] - course[0][1]
         assert growth > 0.05 if law != "CoulombStiction" else abs(growth) < 1e-6, f"{law}: {growth} N in 10 minutes"
+
+
+def test_sensitivities_of_random_runs_are_those_of_differences(tmp_path: Path) -> None:
+    run("slopes.py", "--draws", "8", "--seed", "5", "--workers", "2", "--output", tmp_path)
+    rows = rows_of(tmp_path / "slopes.csv")
+    verdicts = [row["verdict"] for row in rows]
+    assert len({row["number"] for row in rows}) == 8 and verdicts.count("right") >= 16, verdicts
+    assert not [row for row in rows if row["verdict"] == "wrong"]
+    assert all(row["reason"] for row in rows if row["verdict"] == "refused")
