@@ -1,4 +1,4 @@
-//! Differences by direction: friction outwards and inwards, and which chamber is open.
+//! Differences by direction: friction outwards and inwards, by the chamber that drives, and which chamber is open.
 
 mod bounds;
 mod rig;
@@ -12,6 +12,20 @@ use pneumatic_servo::models::pneumatic_servo_cylinder::MODEL;
 use rig::Rig;
 
 const FACTOR: f64 = 1.5;
+const AMBIENT: f64 = 101_325.0;
+/// Load factors that differ by direction: by a factor, and by the chambers that drive and resist, in 1/Pa.
+const DIFFERENCES: [&[(&str, f64)]; 6] = [
+    &[("friction.direction.factor", 0.5)],
+    &[("friction.direction.factor", 1.7)],
+    &[("friction.kappaDriving", 2e-6)],
+    &[("friction.kappaResisting", 3e-6)],
+    &[("friction.kappaDriving", 4e-6), ("friction.kappaResisting", -1e-6)],
+    &[("friction.kappaDriving", -1.5e-6), ("friction.kappaResisting", 2e-6), ("friction.direction.factor", 1.3)],
+];
+
+fn with(rig: Rig, changes: &[(&str, f64)]) -> Rig {
+    changes.iter().fold(rig, |rig, (name, value)| rig.set(name, *value))
+}
 
 /// Static friction of 11 N inwards is 16.5 N outwards; without air under pressure nothing else holds the carriage.
 #[test]
@@ -156,24 +170,97 @@ fn laws_with_springs_of_limited_force_refuse_a_factor() {
             Rig::cylinder(law).set("friction.direction.factor", 1.3).start().err().unwrap_or_else(|| panic!("{law}"));
         assert_eq!((error.variable.as_str(), error.value), ("friction.direction.factor", 1.3));
         assert!(error.reason.contains("Stribeck") && error.reason.contains("LuGre"), "{error}");
+        let rig = Rig::cylinder(law).set("friction.kappaResisting", 1e-6);
+        let error = rig.start().err().unwrap_or_else(|| panic!("{law}"));
+        assert_eq!((error.variable.as_str(), error.value), ("friction.kappaResisting", 1e-6));
     }
 }
 
-/// Under a sine about the closed valve no run ends early, whichever factor: the mode that slides has one force on both sides of the
+/// Under a sine about the closed valve no run ends early, whichever difference: the mode that slides has one force on both sides of the
 /// velocity at which it ends.
 #[test]
 fn no_run_ends_at_a_reversal() {
     for law in laws() {
-        for factor in [0.5, 0.8, 1.1, 2.0] {
+        for difference in DIFFERENCES {
             for (amplitude, frequency) in [(1.0, 1.0), (2.0, 5.0), (3.0, 1.0)] {
-                let mut running = Rig::cylinder(law).set("friction.direction.factor", factor).start().unwrap();
+                let mut running = with(Rig::cylinder(law), difference).start().unwrap();
                 for step in 0..500 {
                     let time = f64::from(step) * 1e-3;
                     running.set("valveVoltage", 5.0 + amplitude * (TAU * frequency * time).sin());
                     let end = running.advance(time + 1e-3);
-                    end.unwrap_or_else(|error| panic!("{law}, {factor}, {amplitude} V, {frequency} Hz: {error}"));
+                    end.unwrap_or_else(|error| panic!("{law}, {difference:?}, {amplitude} V, {frequency} Hz: {error}"));
                 }
             }
+        }
+    }
+}
+
+/// `lambda = 1 + kD*(p_driving - p0) + kR*(p_resisting - p0)`: chamber A drives outwards, chamber B inwards, in every law that may
+/// differ by direction.
+#[test]
+fn load_factor_follows_the_roles_of_the_chambers() {
+    let [driving, resisting] = [2e-6, 5e-6];
+    for law in laws() {
+        let rig = Rig::cylinder(law).set("friction.kappaDriving", driving).set("friction.kappaResisting", resisting);
+        let mut running = rig.start().unwrap();
+        let mut seen = [0; 2];
+        for step in 0..1000 {
+            let time = f64::from(step) * 1e-3;
+            running.set("valveVoltage", 5.0 + 3.0 * (TAU * 2.0 * time).sin());
+            running.advance(time + 1e-3).unwrap();
+            let excess = ["chamberA.pressure", "chamberB.pressure"].map(|name| running.get(name) - AMBIENT);
+            let velocity = running.get("velocity");
+            if velocity.abs() < 1e-3 {
+                continue;
+            }
+            let [of_driving, of_resisting] = if velocity > 0.0 { excess } else { [excess[1], excess[0]] };
+            let expected = 1.0 + driving * of_driving + resisting * of_resisting;
+            close(running.get("friction.level"), expected, 1e-12, format_args!("{law} at {time} s"));
+            seen[usize::from(velocity > 0.0)] += 1;
+        }
+        assert!(seen.iter().all(|count| *count > 50), "{law}: {seen:?}");
+    }
+}
+
+/// Two chambers under different pressures, and an external force that leaves a share of the break-away force: it is
+/// `Fs*(1 + kD*(p_driving - p0))` of the chamber on whose side the push begins.
+#[test]
+fn break_away_is_that_of_the_chamber_that_drives() {
+    let areas = |start: &mut rig::Running| start.get("pressureForce");
+    for law in ["CoulombStiction", "Stribeck", "Karnopp"] {
+        for (sign, driving) in [(1.0, 3e5), (-1.0, 2e5)] {
+            for (share, moves) in [(0.99, false), (1.01, true)] {
+                let rig = Rig::cylinder(law).set("friction.kappaDriving", 5e-6);
+                let rig = rig.set("chamberA.pressure0", 3e5).set("chamberB.pressure0", 2e5).set("valve.leakage", 0.0);
+                let limit = 11.0 * (1.0 + 5e-6 * (driving - AMBIENT));
+                let of_pressures = areas(&mut rig.start().unwrap());
+                let mut running = rig.set("externalForce", sign * share * limit - of_pressures).start().unwrap();
+                running.advance(0.02).unwrap();
+                let label = format!("{law} under {share} of {limit} N, {sign}");
+                assert_eq!(running.get("sticking") == 0.0, moves, "{label}");
+            }
+        }
+    }
+}
+
+/// Where both roles weigh alike, nobody can tell which chamber has which: as with `kappaA` and `kappaB`.
+#[test]
+fn equal_roles_are_the_load_by_both_chambers() {
+    for law in laws() {
+        let run = |names: [&str; 2]| {
+            let rig = Rig::cylinder(law).set(names[0], 2e-6).set(names[1], 2e-6);
+            let mut running = rig.set("solver.relativeTolerance", 1e-10).start().unwrap();
+            let positions = (0..300).map(|step| {
+                let time = f64::from(step) * 1e-3;
+                running.set("valveVoltage", 5.0 + 2.0 * (TAU * 3.0 * time).sin());
+                running.advance(time + 1e-3).unwrap();
+                running.get("position")
+            });
+            positions.collect::<Vec<f64>>()
+        };
+        let roles = run(["friction.kappaDriving", "friction.kappaResisting"]);
+        for (step, (one, other)) in roles.into_iter().zip(run(["friction.kappaA", "friction.kappaB"])).enumerate() {
+            within((one - other).abs(), 1e-8, format_args!("m, {law} at step {step}"));
         }
     }
 }
@@ -208,10 +295,12 @@ fn carriage_below_break_away_rests_in_both_directions() {
 #[test]
 fn closed_paths_give_no_work() {
     for law in laws() {
-        for factor in [0.5, 1.7] {
+        // In its band of velocities Karnopp's friction is the force that acts, also where that is along the motion.
+        let pressure = if law == "Karnopp" { AMBIENT } else { 3e5 };
+        for difference in DIFFERENCES {
             for amplitude in [2e-6, 2e-5, 1e-3] {
-                let rig = Rig::cylinder(law).choose("motion", "Imposed").set("friction.direction.factor", factor);
-                let mut running = rig.start().unwrap();
+                let rig = Rig::cylinder(law).choose("motion", "Imposed").set("chamberA.pressure0", pressure);
+                let mut running = with(rig, difference).start().unwrap();
                 let (frequency, steps) = (5.0, 400);
                 let (mut work, mut before) = ([0.0; 4], [running.get("position"), running.get("frictionForce")]);
                 for step in 1..=4 * steps {
@@ -232,25 +321,27 @@ fn closed_paths_give_no_work() {
                 let rounding = 1e-3 * 20.0 * amplitude;
                 assert!(
                     work.iter().all(|work| *work > -rounding),
-                    "{law}: {work:?} J of {amplitude} m at the factor {factor}"
+                    "{law}: {work:?} J of {amplitude} m with {difference:?}"
                 );
             }
         }
     }
 }
 
-/// Derivatives by the factor through reversals, sliding and rest.
+/// Derivatives by the factor, and by the load of the driving chamber, through reversals, sliding and rest.
 #[test]
-fn derivatives_by_the_factor_are_those_of_differences() {
+fn derivatives_by_a_difference_are_those_of_differences() {
     let voltage = |k: u32| 5.0 + 2.0 * (TAU * f64::from(k) * 1e-3).sin();
-    let plant = |law: &str, factor: f64| {
+    let plant = |law: &str, name: &str, value: f64| {
         let setup = Setup::new(&MODEL).set("friction.law", law).expect("a law");
         let setup = setup.set("solver.relativeTolerance", 1e-10).expect("legal");
-        setup.set("friction.direction.factor", factor).expect("legal").start(0.0).expect("starts")
+        setup.set(name, value).expect("legal").start(0.0).expect("starts")
     };
-    for law in ["CoulombStiction", "Stribeck", "Table", "LuGre", "Dahl"] {
-        let positions = |factor: f64| {
-            let mut plant = plant(law, factor);
+    let laws = ["CoulombStiction", "Stribeck", "Table", "LuGre", "Dahl"];
+    let differences = [("friction.direction.factor", 1.3, 1e-5), ("friction.kappaDriving", 2e-6, 1e-11)];
+    for (law, (name, value, share)) in laws.iter().flat_map(|law| differences.map(|difference| (law, difference))) {
+        let positions = |value: f64| {
+            let mut plant = plant(law, name, value);
             let step = |k: u32| {
                 plant.set("valveVoltage", voltage(k)).expect("legal");
                 plant.advance_to(f64::from(k + 1) * 1e-3).expect("advances");
@@ -258,13 +349,12 @@ fn derivatives_by_the_factor_are_those_of_differences() {
             };
             (0..700).map(step).collect::<Vec<f64>>()
         };
-        let share = 1e-5;
-        let pairs: Vec<_> = positions(1.3 + share).into_iter().zip(positions(1.3 - share)).collect();
-        let mut plant = plant(law, 1.3);
-        plant.carry_sensitivities(&["friction.direction.factor"]).expect("a direction");
+        let pairs: Vec<_> = positions(value + share).into_iter().zip(positions(value - share)).collect();
+        let mut plant = plant(law, name, value);
+        plant.carry_sensitivities(&[name]).expect("a direction");
         let place = plant.table().computed().position(|variable| variable.name == "position").expect("computed");
         let largest = pairs.iter().fold(0.0f64, |most, (above, below)| most.max((above - below).abs() / (2.0 * share)));
-        assert!(largest > 1e-3, "{law}: {largest} m");
+        assert!(largest * value > 1e-3, "{law}: {largest} m by {name}");
         for (k, (above, below)) in (0..).zip(pairs) {
             plant.set("valveVoltage", voltage(k)).expect("legal");
             plant.advance_to(f64::from(k + 1) * 1e-3).expect("advances");
@@ -273,7 +363,7 @@ fn derivatives_by_the_factor_are_those_of_differences() {
             within(
                 (slope - difference).abs(),
                 1e-3 * largest,
-                format_args!("{law} at step {k}: {slope}, {difference}"),
+                format_args!("{law} by {name} at step {k}: {slope}, {difference}"),
             );
         }
     }

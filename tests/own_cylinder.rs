@@ -151,6 +151,33 @@ fn friction_grows_with_the_pressure_difference_of_either_sign() {
     }
 }
 
+/// A table along the stroke passes through its points, between those beside it, and is constant beyond them.
+#[test]
+fn friction_follows_a_table_along_the_stroke() {
+    let table = [(0.1, 1.0), (0.2, 0.6), (0.3, 0.6), (0.4, 1.4)];
+    let rig = Rig::cylinder("Stribeck").set("friction.position.points", table.len() as f64);
+    let rig = (1..).zip(table).fold(rig, |rig, (number, (at, factor))| {
+        let rig = rig.set(&format!("friction.position.at[{number}]"), at);
+        rig.set(&format!("friction.position.factor[{number}]"), factor)
+    });
+    let level = |position: f64| rig.clone().set("position0", position).start().unwrap().get("friction.level");
+    for (at, factor) in table {
+        close(level(at), factor, 1e-14, format_args!("at {at} m"));
+    }
+    for (at, [low, high]) in
+        [(0.05, [1.0; 2]), (0.15, [0.61, 0.99]), (0.25, [0.6; 2]), (0.35, [0.61, 1.39]), (0.45, [1.4; 2])]
+    {
+        let found = level(at);
+        assert!((low - 1e-14..=high + 1e-14).contains(&found), "{found} at {at} m");
+    }
+    let with_a_load = rig.clone().set("friction.kappaA", 1e-6).set("chamberA.pressure0", 3e5).set("position0", 0.4);
+    let expected = 1.4 * (1.0 + 1e-6 * (3e5 - AMBIENT));
+    close(with_a_load.start().unwrap().get("friction.level"), expected, 1e-14, "the table multiplies the load");
+    let refused = |name: &str, value: f64| rig.clone().set(name, value).start().err().expect("refused").variable;
+    assert_eq!(refused("friction.position.points", 1.0), "friction.position.points");
+    assert_eq!(refused("friction.position.at[3]", 0.2), "friction.position.at[3]");
+}
+
 /// Everything at once; bounds as in the balances of the plain cylinder.
 #[test]
 fn balances_close_with_all_options() {
@@ -158,6 +185,7 @@ fn balances_close_with_all_options() {
         let rig = Rig::cylinder("Stribeck").set("balance.enabled", 1.0).set("chamberB.open", open);
         let rig = rig.set("cylinder.rodA", 0.004).set("load.stiffness", 50.0).set("load.rest", 0.1);
         let rig = rig.set("friction.position.amplitude", 0.2).set("friction.kappaDifference", 1e-6);
+        let rig = rig.set("friction.position.points", 2.0).set("friction.position.factor[2]", 1.5);
         let mut running = rig.set("piston.leakage", 1e-16).set("position0", 0.45).start().unwrap();
         for step in 0..1000 {
             let time = f64::from(step) * 1e-3;

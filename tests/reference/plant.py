@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -91,6 +91,11 @@ DEFAULTS: dict[str, Value] = {
     "friction.kappaA": 0.0,
     "friction.kappaB": 0.0,
     "friction.kappaDifference": 0.0,
+    "friction.kappaDriving": 0.0,
+    "friction.kappaResisting": 0.0,
+    "friction.position.points": 0,
+    **{f"friction.position.at[{k}]": 0.0625 * (k - 1) for k in range(1, 10)},
+    **{f"friction.position.factor[{k}]": 1.0 for k in range(1, 10)},
     "friction.position.amplitude": 0.0,
     "friction.position.period": 0.05,
     "cylinder.rodA": 0.0,
@@ -163,6 +168,9 @@ class Plant:
         )
         self.is_open = bool(_number(parameters, "chamberB.open"))
         self.kappa_difference = _number(parameters, "friction.kappaDifference")
+        self.kappa_driving = _number(parameters, "friction.kappaDriving")
+        self.kappa_resisting = _number(parameters, "friction.kappaResisting")
+        self.profile = _profile(parameters)
         self.waviness = _number(parameters, "friction.position.amplitude")
         self.wave_length = _number(parameters, "friction.position.period")
         self.spring_stiffness = _number(parameters, "load.stiffness")
@@ -220,16 +228,19 @@ class Plant:
         """Accelerated mass in kg at a position."""
         return self.mass
 
-    def friction_level(self, x: float, a: Gas, b: Gas) -> float:
-        """The factor by which chamber pressures and place scale the friction forces."""
+    def friction_level(self, x: float, a: Gas, b: Gas, towards: float) -> float:
+        """The factor by which chamber pressures and place scale the friction forces of a motion or a push to a side."""
+        driving, resisting = (a, b) if towards > 0.0 else (b, a)
         level = (
             1.0
             + self.kappa_a * (a.pressure - self.ambient_pressure)
             + self.kappa_b * (b.pressure - self.ambient_pressure)
             + self.kappa_difference * abs(a.pressure - b.pressure)
+            + self.kappa_driving * (driving.pressure - self.ambient_pressure)
+            + self.kappa_resisting * (resisting.pressure - self.ambient_pressure)
         )
         wave = math.sin(2.0 * math.pi * x / self.wave_length)
-        return max(0.0, level) * (1.0 + self.waviness * wave)
+        return max(0.0, level) * (1.0 + self.waviness * wave) * self.profile(x)
 
     def rates(
         self,
@@ -577,6 +588,19 @@ def _hardened(depth: float, clearance: float) -> float:
     """The depth at which a linear stop would push as hard; it has no bound where the chamber would have no volume."""
     half = clearance / 2.0
     return depth if depth <= half else depth + half * ((depth - half) / (clearance - depth)) ** 8
+
+
+def _profile(parameters: Parameters) -> Callable[[float], float]:
+    """The factor on friction over the position."""
+    points = int(_number(parameters, "friction.position.points"))
+    if points == 0:
+        return lambda x: 1.0
+    at, factors = (
+        [_number(parameters, f"friction.position.{name}[{point}]") for point in range(1, points + 1)]
+        for name in ("at", "factor")
+    )
+    curve = PchipInterpolator(at, factors)
+    return lambda x: float(curve(min(max(x, at[0]), at[-1])))
 
 
 def _number(parameters: Parameters, name: str) -> float:

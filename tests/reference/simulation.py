@@ -127,7 +127,7 @@ class Run:
     def start(self) -> None:
         """Sets the initial state and regime."""
         self._state = self._plant.start(self._command, self._inputs.supply_pressure) + [0.0] * len(self._law.units)
-        self._regime = self._law.start(self._instant(0.0, self._state, held=False).contact)
+        self._regime = self._law.start(self._instant(0.0, self._state, held=False, direction=0).contact)
 
     def advance(self, duration: float) -> None:
         """Integrates over one communication step; times within it count from its beginning."""
@@ -145,7 +145,7 @@ class Run:
 
     def row(self, time: float) -> Row:
         """The outputs at the current state, with the inputs in force up to now."""
-        now = self._instant(time - self._begin, self._state, self._regime.held)
+        now = self._instant(time - self._begin, self._state, self._regime.held, self._regime.direction)
         return Row(
             round(time, 9),
             self._state[0],
@@ -193,7 +193,8 @@ class Run:
         if directed and event == 0:
             # The event leaves a velocity of rounding size; the mass is exactly at rest.
             self._state[1] = 0.0
-            self._regime = self._regime.at_rest(self._contact(time))
+            at_rest = self._instant(time, self._state, held=True, direction=0).contact
+            self._regime = self._regime.at_rest(at_rest)
         else:
             self._regime = self._regime.expired(self._contact(time), event - int(directed))
 
@@ -207,14 +208,16 @@ class Run:
         return events
 
     def _margin_event(self, regime: Regime, which: int) -> Callable[[float, Any], float]:
-        return _terminal(lambda t, y: regime.margins(self._instant(t, y.tolist(), regime.held).contact)[which])
+        return _terminal(
+            lambda t, y: regime.margins(self._instant(t, y.tolist(), regime.held, regime.direction).contact)[which]
+        )
 
     def _rates(self, time: float, state: list[float]) -> list[float]:
         if not all(content > 0.0 for content in state[2:6]):
             # A trial step far too long has left the physical states; NaN makes it be rejected.
             return [math.nan] * len(state)
         regime = self._regime
-        now = self._instant(time, state, regime.held)
+        now = self._instant(time, state, regime.held, regime.direction)
         acceleration = (now.contact.applied - regime.force(now.contact)) / self._plant.inertia(state[0])
         return [
             *self._plant.rates(
@@ -231,13 +234,13 @@ class Run:
         ]
 
     def _contact(self, time: float) -> Contact:
-        return self._instant(time, self._state, self._regime.held).contact
+        return self._instant(time, self._state, self._regime.held, self._regime.direction).contact
 
-    def _instant(self, time: float, state: list[float], held: bool) -> Instant:
+    def _instant(self, time: float, state: list[float], held: bool, direction: int) -> Instant:
         x, v = state[0], 0.0 if held else state[1]
         a, b = self._plant.gases(state)
         applied = self._plant.applied_force(x, v, a, b, self._inputs.external_force)
-        level = self._plant.friction_level(x, a, b)
+        level = self._plant.friction_level(x, a, b, direction or v or applied)
         contact = Contact(x, state[1], state[self._size :], applied, level, self._begin + time)
         return Instant(v, a, b, contact)
 

@@ -17,7 +17,7 @@ use crate::co_simulation::{Product, run_sized};
 use crate::friction::{self, ContactLaw, Drive, Friction, FrictionContact, FrictionLaw, Law, MAX_STATES};
 use crate::mechanics::{EndStops, GRAVITY, OneSided};
 use crate::model::Start;
-use crate::numbers::{Pair, Real, Scalar, Tangent, Varying};
+use crate::numbers::{MonotoneCurve, Pair, Real, Scalar, Tangent, Varying};
 use crate::pneumatics::actuator::{self, Actuating, Actuator};
 use crate::pneumatics::chamber::{Chambers, Thermal, ThermalModel, tank_wall};
 use crate::pneumatics::gas::{Gas, Reservoir};
@@ -55,6 +55,8 @@ pub struct PneumaticServoCylinder<L = Friction, A = Actuator, const EXTENDED: bo
     pub(super) has_one_way_damping: bool,
     /// Whether friction varies along the stroke.
     pub(super) has_waviness: bool,
+    /// Load factor over the position in m.
+    pub(super) profile: Option<MonotoneCurve>,
     /// Inverse of the moving mass in 1/kg.
     pub(super) per_mass: Tangent,
     /// Constant part of the applied force in N: wire and weight, which is the tool's own where it imposes the motion.
@@ -140,6 +142,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
             has_directed_level: options.differs_by_direction(),
             has_one_way_damping: options.one_way_damping.is_used(),
             has_waviness: options.waviness.is_used(),
+            profile: options.profile(),
             per_mass: 1.0 / p.moving_mass,
             dead_load: p.wire_force
                 + if guidance == Guidance::Rigid { Tangent::still(0.0) } else { p.moving_mass * slope },
@@ -192,11 +195,11 @@ impl<L: FrictionLaw, A: Actuating> Parts<L, A> {
         parameters.check()?;
         options.check(parameters.bore.value, parameters.stroke.value)?;
         sensors.check()?;
-        if options.differs_by_direction() && !friction.may_differ_by_direction() {
+        if let Some((name, value)) = options.direction().filter(|_| !friction.may_differ_by_direction()) {
             let reason = "under this friction law springs would give back more than they took; it needs a law without springs, such as \
                           Stribeck or Table, or one whose bristles bend at a stiffness of their own: Dahl, LuGre, RevisedLuGre, \
                           ElastoPlastic";
-            return Err(ParameterError::new("friction.direction.factor", options.direction_factor.value, reason));
+            return Err(ParameterError::new(name, value, reason));
         }
         Ok(Self { parameters, options, sensors, actuator: A::new(actuator)?, friction })
     }

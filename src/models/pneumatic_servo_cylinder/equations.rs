@@ -26,7 +26,6 @@ use crate::pneumatics::chamber::{ChamberRates, Thermal};
 use crate::pneumatics::gas::{Gas, GasState};
 use crate::pneumatics::orifice::Inflow;
 use crate::system::QUANTITIES;
-use crate::variables::Tunable;
 
 /// Where an actuator is asked for its flow.
 #[derive(Clone, Copy, Debug)]
@@ -217,18 +216,22 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
         x[PRESSURE_A] * area_a - x[PRESSURE_B] * area_b - self.p.ambient_pressure * self.rod_area
     }
 
-    /// The load factor `lambda`.
+    /// The load factor `lambda` of both directions, or of a motion or a push towards the side of a number.
     #[inline(always)]
-    pub(super) fn load_level<S: Scalar>(&self, x: &[S]) -> S {
-        let excess = |pressure: S, kappa: Tunable| (pressure - self.p.ambient_pressure) * kappa;
-        let level = excess(x[PRESSURE_A], self.p.kappa_a) + excess(x[PRESSURE_B], self.p.kappa_b) + 1.0;
+    fn load_level<S: Scalar>(&self, x: &[S], towards: Option<f64>) -> S {
+        let [excess_a, excess_b] = [PRESSURE_A, PRESSURE_B].map(|place| x[place] - self.p.ambient_pressure);
+        let level = excess_a * self.p.kappa_a + excess_b * self.p.kappa_b + 1.0;
         if !EXTENDED {
             return level.max(S::zero());
         }
-        let added = self.options.added_level(Pair([x[PRESSURE_A], x[PRESSURE_B]]));
-        let constant = S::constant(1.0);
-        let along = if self.has_waviness { self.options.relative_level(State::Position.get(x)) } else { constant };
-        (level + added).max(S::zero()) * along
+        let mut level = level + self.options.added_level(Pair([x[PRESSURE_A], x[PRESSURE_B]]));
+        if let Some(towards) = towards {
+            level += self.options.added_by_roles([excess_a, excess_b], towards);
+        }
+        let position = State::Position.get(x);
+        let along = if self.has_waviness { self.options.relative_level(position) } else { S::constant(1.0) };
+        let level = level.max(S::zero()) * along;
+        self.profile.as_ref().map_or(level, |profile| level * profile.at(position))
     }
 
     /// The contact as the friction law sees it, for a velocity of the carriage and the direction in which its mode slides, if it does.
@@ -283,12 +286,12 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
     /// Load factor of a carriage that slides in a direction, else moves at a rate in m/s, or at rest is pushed by an applied force in N.
     #[inline(always)]
     pub(super) fn directed_level<S: Scalar>(&self, x: &[S], rate: S, sliding: Option<f64>, applied: S) -> S {
-        let level = self.load_level(x);
-        if EXTENDED && self.has_directed_level {
-            let at_rest = if rate.value() == 0.0 { applied } else { rate };
-            return level * self.options.directed_level(sliding.unwrap_or(at_rest.value()));
+        if !(EXTENDED && self.has_directed_level) {
+            return self.load_level(x, None);
         }
-        level
+        let at_rest = if rate.value() == 0.0 { applied } else { rate };
+        let towards = sliding.unwrap_or(at_rest.value());
+        self.load_level(x, Some(towards)) * self.options.directed_level(towards)
     }
 
     /// Direction in which the contact slides, where its load factor depends on it.

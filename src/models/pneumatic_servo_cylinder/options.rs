@@ -7,10 +7,10 @@ use std::f64::consts::TAU;
 
 use super::ends::EndSwitches;
 use super::motion::{Guidance, Motion};
-use crate::numbers::{Pair, STILL, Scalar, Tangent};
+use crate::numbers::{MonotoneCurve, Pair, STILL, Scalar, Tangent};
 use crate::pneumatics::gas::Gas;
 use crate::pneumatics::hose::Hose;
-use crate::variables::{Condition, Fixed, Notice, ParameterError, Tunable, Variable, units};
+use crate::variables::{Condition, Fixed, Notice, ParameterError, Tunable, Variable, counted_by, units};
 use crate::{enumeration, parameters};
 
 enumeration! {
@@ -37,6 +37,10 @@ const VISCOUS: [&str; 8] = [
     RESTRICTIONS[4],
     "piston.leakage",
 ];
+
+/// Points that the table of the load factor along the stroke may have, by default evenly along that of the rig.
+const PROFILE_POINTS: usize = 9;
+const PROFILE_POSITIONS: [f64; PROFILE_POINTS] = [0.0, 0.0625, 0.125, 0.1875, 0.25, 0.3125, 0.375, 0.4375, 0.5];
 
 parameters! {
     /// The parameters of options, which are off by default.
@@ -99,6 +103,14 @@ parameters! {
             .text("Pressure by which a chamber must exceed its supply line for a quick exhaust valve to be fully open; it opens in proportion");
         one_way_damping: Fixed = Variable::parameter(1237, "friction.direction.damping", units::NEWTON_SECOND_PER_METRE, 0.0).range(-1e4, 1e4).nominal(10.0).turns_at_zero()
             .text("Viscous friction in one direction alone, added to the law: outwards if positive, inwards with its magnitude if negative");
+        kappa_driving: Fixed = kappa_of_role(1238, "friction.kappaDriving", "that drives: A outwards, B inwards");
+        kappa_resisting: Fixed = kappa_of_role(1239, "friction.kappaResisting", "that resists: B outwards, A inwards");
+        profile_points: usize = Variable::count(1270, "friction.position.points", 0).range(0.0, PROFILE_POINTS as f64)
+            .text("Number of points of a table of the load factor along the stroke, which multiplies it beside the sine: worn or dirty parts of a barrel; 0: none, else at least 2");
+        profile_positions: [Fixed; PROFILE_POINTS] = counted_by("friction.position.points", Variable::parameter(1271, "friction.position.at", units::METRE, 0.0).range(-10.0, 10.0).plausible(-0.1, 5.0).shown_in("mm")
+            .text("Position of the carriage of the point, rising from point to point").array(PROFILE_POSITIONS));
+        profile_factors: [Fixed; PROFILE_POINTS] = counted_by("friction.position.points", Variable::parameter(1280, "friction.position.factor", units::ONE, 0.0).range(0.0, 100.0)
+            .text("Factor of the load factor there; between the points a smooth curve that turns at points alone, constant beyond them").array([1.0; PROFILE_POINTS]));
         end_switches: EndSwitches = EndSwitches::variables();
         gas_constant: Fixed = Variable::parameter(1260, "gas.R", units::JOULE_PER_KILOGRAM_KELVIN, Gas::AIR.constant.value).range(20.0, 5000.0)
             .text("Specific gas constant, of dry air by default. Sonic conductances and leaks are stated for air, and pass another gas as nozzles and gaps of the same size do");
@@ -131,6 +143,12 @@ fn hose_diameter(reference: u32, chamber: &str) -> Variable {
         .range(5e-4, 0.1)
         .shown_in("mm")
         .text(&format!("Inner diameter of the hose to chamber {chamber}"))
+}
+
+fn kappa_of_role(reference: u32, name: &str, chamber: &str) -> Variable {
+    Variable::parameter(reference, name, units::PER_PASCAL, 0.0).range(-1e-3, 1e-3).nominal(1e-6).shown_in("1/bar").text(&format!(
+        "Increase of the load factor of friction per pressure above ambient of the chamber {chamber}; at rest by the direction of the push"
+    ))
 }
 
 fn leak(reference: u32, chamber: &str) -> Variable {
@@ -171,6 +189,7 @@ impl Options {
         let lines = lines.chain(self.quick_exhausts());
         let is_chosen = self.opens().contains(&true) || counts_supply || self.differs_by_direction();
         let is_chosen = is_chosen || self.motion != Motion::Free || self.end_switches.are_used();
+        let is_chosen = is_chosen || self.profile_points > 0;
         is_chosen
             || self.has_another_gas()
             || [spring_stiffness, kappa_difference, waviness, self.one_way_damping]
@@ -181,7 +200,22 @@ impl Options {
 
     /// Whether the load factor of friction is another outwards than inwards.
     pub fn differs_by_direction(&self) -> bool {
-        self.direction_factor != 1.0 || self.direction_factor.slopes != STILL
+        self.direction().is_some()
+    }
+
+    /// The first parameter by which the load factor of friction differs between outwards and inwards, and its value.
+    pub fn direction(&self) -> Option<(&'static str, f64)> {
+        let factor = self.direction_factor;
+        let roles = [("friction.kappaDriving", self.kappa_driving), ("friction.kappaResisting", self.kappa_resisting)];
+        let role = roles.into_iter().find(|(_, kappa)| kappa.is_used());
+        let factor = (factor != 1.0 || factor.slopes != STILL).then_some(("friction.direction.factor", factor));
+        factor.or(role).map(|(name, value)| (name, value.value))
+    }
+
+    /// Load factor over the position in m, relative to that of the pressures, of a barrel that has one.
+    pub fn profile(&self) -> Option<MonotoneCurve> {
+        let points = self.profile_positions.into_iter().zip(self.profile_factors).take(self.profile_points);
+        (self.profile_points > 0).then(|| MonotoneCurve::through(&points.collect::<Vec<_>>()))
     }
 
     /// The gas.
@@ -245,6 +279,7 @@ impl Options {
             let reason = format!("it must not exceed cylinder.stroke = {stroke}");
             return Err(ParameterError::new("cushion.length", self.cushion_length.value, &reason));
         }
+        self.check_profile()?;
         if self.compliance > 0.0 && self.motion == Motion::Free {
             let reason = "it needs a motion to couple with: set motion = Imposed, too";
             return Err(ParameterError::new("coupling.compliance", self.compliance.value, reason));
@@ -261,6 +296,23 @@ impl Options {
             }
         }
         self.end_switches.check(stroke)
+    }
+
+    /// Refuses a table along the stroke of one point, and points that do not rise.
+    fn check_profile(&self) -> Result<(), ParameterError> {
+        if self.profile_points == 1 {
+            let reason = "it must be 0, for no table, or at least 2";
+            return Err(ParameterError::new("friction.position.points", 1.0, reason));
+        }
+        let positions = &self.profile_positions[..self.profile_points];
+        match (1..positions.len()).find(|place| positions[*place].value <= positions[place - 1].value) {
+            None => Ok(()),
+            Some(place) => {
+                let reason = format!("it must exceed the one before, {}", positions[place - 1].value);
+                let name = format!("friction.position.at[{}]", place + 1);
+                Err(ParameterError::new(&name, positions[place].value, &reason))
+            }
+        }
     }
 
     /// Force of the spring on the carriage towards +x, in N: `-k*(x - rest)`.
@@ -283,6 +335,13 @@ impl Options {
     /// Increase of the load factor by the pressure difference.
     pub fn added_level<S: Scalar>(&self, Pair([p_a, p_b]): Pair<S>) -> S {
         (p_a - p_b).abs() * self.kappa_difference
+    }
+
+    /// Increase of the load factor by the pressures above ambient of the chamber that drives and of the one that resists, for a
+    /// motion or a push towards the side of a number.
+    pub fn added_by_roles<S: Scalar>(&self, [excess_a, excess_b]: [S; 2], towards: f64) -> S {
+        let [driving, resisting] = if towards > 0.0 { [excess_a, excess_b] } else { [excess_b, excess_a] };
+        driving * self.kappa_driving + resisting * self.kappa_resisting
     }
 
     /// Friction level towards the side of a number, relative to the level inwards.

@@ -535,6 +535,8 @@ pub(super) struct Piece {
     of_leaks: Pair<Real>,
     /// The stops that act.
     touched: [bool; 2],
+    /// Piece of the load factor along the stroke.
+    of_profile: u32,
     /// The direction of a motion that bends bristles.
     is_backward: bool,
 }
@@ -554,6 +556,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
             into_chambers: self.pieces_of_restrictions(&numbers),
             of_leaks: self.pieces_of_leaks(Pair([PRESSURE_A, PRESSURE_B].map(|place| numbers[place]))),
             touched: self.stops.touched(State::Position.get(x)),
+            of_profile: self.profile.as_ref().map_or(0, |profile| profile.piece(State::Position.get(x))),
             is_backward: self.friction.states() > 0 && State::Velocity.get(x) < 0.0,
         }
     }
