@@ -3,39 +3,9 @@
 use serde::{Deserialize, Serialize};
 
 use crate::numbers::{Number, Scalar, Tangent, Varying, random};
+use crate::parameter_group;
 use crate::system::Sample;
-use crate::variables::{Field, Fixed, Meaning, ParameterError, Tunable, Unit, Variable, units};
-
-/// A sensor with lag, offset, noise, resolution and sample time; with all of them 0 it reads the quantity itself.
-///
-/// ```text
-/// tau*dz/dt = y - z                                          lag of the quantity y; z = y if tau = 0
-/// reading   = z + offset                                     if T = 0
-/// reading   = r*round((z(t_k) + offset + noise*n_k)/r)       from t_k = k*T on, until the next sample
-/// ```
-///
-/// `n_k` are independent numbers of the standard normal distribution, the same in each run with the same seed. Without a
-/// resolution `r` nothing is rounded.
-///
-/// # Validity
-/// A linear sensor of first order without saturation. Only its lag limits aliasing.
-///
-/// # Errors
-/// [`ParameterError`] for noise or a resolution without a sample time, since only samples have them, and for a lag or a
-/// sample time shorter than a clock can follow.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Sensor {
-    /// Offset added to the quantity.
-    pub offset: Tangent,
-    /// Time constant `tau` in s of the lag.
-    pub lag: Tangent,
-    /// Standard deviation of the noise of a sample.
-    pub noise: Tangent,
-    /// Step `r` of the readings.
-    pub resolution: f64,
-    /// Sample time `T` in s.
-    pub sample_time: f64,
-}
+use crate::variables::{Fixed, Meaning, ParameterError, Unit, Variable, units};
 
 /// Quantity that a sensor measures.
 #[derive(Clone, Copy, Debug)]
@@ -62,48 +32,56 @@ pub struct Memory<S> {
 /// Shortest lag and sample time in s but for 0.
 const SHORTEST: f64 = 1e-5;
 
-impl Field for Sensor {
-    type Value = Self;
-    const LEN: usize = 5;
-
-    fn read(values: &[Tunable]) -> Option<Self> {
-        let [offset, lag, noise, resolution, sample_time] = <[Fixed; Self::LEN]>::read(values)?;
-        let [resolution, sample_time] = [resolution, sample_time].map(Tangent::value);
-        Some(Self { offset, lag, noise, resolution, sample_time })
+impl Quantity {
+    /// A parameter of a sensor of it that is a part of its error.
+    fn of_error(self, reference: u32, name: &str) -> Variable {
+        let variable = Variable::parameter(reference, name, self.unit, 0.0);
+        let variable = Variable { display: self.display, ..variable }.range(0.0, self.most);
+        variable.plausible(2e-3 * self.error, 1e2 * self.error).nominal(self.error)
     }
 }
 
-impl Sensor {
-    /// Its parameters in a group, with value references from `base`.
-    pub fn variables(group: &str, base: u32, quantity: Quantity) -> [Variable; Self::LEN] {
-        let Quantity { unit, display, most, error } = quantity;
-        let own = |reference: u32, name: &str| {
-            let variable = Variable::parameter(reference, name, unit, 0.0);
-            Variable { display, ..variable }.range(0.0, most).plausible(2e-3 * error, 1e2 * error).nominal(error)
-        };
-        let time = |reference: u32, name: &str| {
-            Variable::parameter(reference, name, units::SECOND, 0.0)
-                .range(0.0, 1e3)
-                .plausible(1e-5, 2.0)
-                .nominal(5e-3)
-                .shown_in("ms")
-        };
-        [
-            own(0, "offset")
-                .range(-most, most)
-                .plausible(-500.0 * error, 500.0 * error)
-                .text("Constant error of the sensor, added to the signal"),
-            time(1, "lag").absent_at_zero().text("Time constant of the sensor, first order; 0: none"),
-            own(2, "noise").text("Standard deviation of the noise of a sample; needs a sample time"),
-            own(3, "resolution")
-                .text("Resolution: the readings are multiples of it; 0: not rounded. Needs a sample time"),
-            time(4, "sampleTime")
-                .meaning(Meaning::Sampling)
-                .text("Time between samples, from the start on; 0: the reading is continuous"),
-        ]
-        .map(|variable| variable.within(group, base))
+parameter_group! {
+    /// A sensor with lag, offset, noise, resolution and sample time; with all of them 0 it reads the quantity itself.
+    ///
+    /// ```text
+    /// tau*dz/dt = y - z                                          lag of the quantity y; z = y if tau = 0
+    /// reading   = z + offset                                     if T = 0
+    /// reading   = r*round((z(t_k) + offset + noise*n_k)/r)       from t_k = k*T on, until the next sample
+    /// ```
+    ///
+    /// `n_k` are independent numbers of the standard normal distribution, the same in each run with the same seed. Without a
+    /// resolution `r` nothing is rounded.
+    ///
+    /// # Validity
+    /// A linear sensor of first order without saturation. Only its lag limits aliasing.
+    ///
+    /// # Errors
+    /// [`ParameterError`] for noise or a resolution without a sample time, since only samples have them, and for a lag or a
+    /// sample time shorter than a clock can follow.
+    Sensor(group: &str, base: u32, quantity: Quantity) {
+        offset: Fixed = quantity.of_error(0, "offset").range(-quantity.most, quantity.most).plausible(-500.0 * quantity.error, 500.0 * quantity.error)
+            .text("Constant error of the sensor, added to the signal").within(group, base);
+        lag: Fixed = time(1, "lag").absent_at_zero()
+            .text("Time constant of the sensor, first order; 0: none").within(group, base);
+        noise: Fixed = quantity.of_error(2, "noise")
+            .text("Standard deviation of the noise of a sample; needs a sample time").within(group, base);
+        resolution: f64 = quantity.of_error(3, "resolution")
+            .text("Resolution: the readings are multiples of it; 0: not rounded. Needs a sample time").within(group, base);
+        sample_time: f64 = time(4, "sampleTime").meaning(Meaning::Sampling)
+            .text("Time between samples, from the start on; 0: the reading is continuous").within(group, base);
     }
+}
 
+fn time(reference: u32, name: &str) -> Variable {
+    Variable::parameter(reference, name, units::SECOND, 0.0)
+        .range(0.0, 1e3)
+        .plausible(1e-5, 2.0)
+        .nominal(5e-3)
+        .shown_in("ms")
+}
+
+impl Sensor {
     /// Refuses contradictory parameters.
     ///
     /// # Errors

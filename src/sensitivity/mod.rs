@@ -220,6 +220,7 @@ impl Seeded {
         seeded
     }
 
+    #[cfg(feature = "sensitivities")]
     pub fn state(&self, place: usize) -> Slopes {
         self.states.get(place).copied().unwrap_or(STILL)
     }

@@ -140,6 +140,17 @@ impl<const N: usize> Declaration for [Variable; N] {
     }
 }
 
+/// The variables of a field of several parameters, made by [`parameter_group!`](crate::parameter_group).
+#[derive(Clone, Debug)]
+pub struct Group<const N: usize>(pub Vec<Variable>);
+
+impl<const N: usize> Declaration for Group<N> {
+    const COUNT: usize = N;
+    fn into_variables(self) -> Vec<Variable> {
+        self.0
+    }
+}
+
 /// The variables that a declaration yields for a field, whose type says whether they are tunable, and whether they vary.
 pub fn declared<F: Field, D: Declaration>(declaration: D) -> impl Iterator<Item = Variable> {
     const { assert!(F::LEN == D::COUNT, "a field has another number of values than its declaration has variables") }
@@ -245,6 +256,42 @@ macro_rules! parameters {
                     next += <$type as $crate::variables::Field>::LEN;
                 )*
                 Ok(Self { $($field),* })
+            }
+        }
+    };
+}
+
+/// Declares a [`Field`](crate::variables::Field) of several parameters: each field of the struct together with the variable (or array
+/// of variables) it is read from. Its `variables()`, which takes the arguments behind the name, declare a field of this type in
+/// [`parameters!`](crate::parameters).
+#[macro_export]
+macro_rules! parameter_group {
+    ($(#[$doc:meta])* $name:ident($($argument:ident: $of:ty),*) { $($field:ident: $type:ty = $declaration:expr;)* }) => {
+        $(#[$doc])*
+        #[derive(Clone, Copy, Debug, PartialEq)]
+        #[allow(missing_docs, reason = "each field is described by the text of its variable")]
+        pub struct $name { $(pub $field: <$type as $crate::variables::Field>::Value),* }
+
+        impl $crate::variables::Field for $name {
+            type Value = Self;
+            const LEN: usize = 0 $(+ <$type as $crate::variables::Field>::LEN)*;
+
+            fn read(values: &[$crate::variables::Tunable]) -> Option<Self> {
+                $(
+                    let $field = <$type as $crate::variables::Field>::read(values)?;
+                    let values = &values[<$type as $crate::variables::Field>::LEN..];
+                )*
+                let _ = values;
+                Some(Self { $($field),* })
+            }
+        }
+
+        impl $name {
+            /// Its parameters, in the order of the fields.
+            pub fn variables($($argument: $of),*) -> $crate::variables::Group<{ <Self as $crate::variables::Field>::LEN }> {
+                let mut all = Vec::new();
+                $(all.extend($crate::variables::declared::<$type, _>($declaration));)*
+                $crate::variables::Group(all)
             }
         }
     };

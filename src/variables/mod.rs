@@ -21,7 +21,7 @@ pub use array::array_name;
 pub use condition::{Condition, counted_by, idle_warning};
 pub use declare::{Declaration, Field, Fixed, ParameterSet, Tunable};
 #[doc(hidden)]
-pub use declare::{declared, refused};
+pub use declare::{Group, declared, refused};
 pub use enumeration::{Choice, Enumeration};
 pub use error::ParameterError;
 pub use notice::{Notice, Notices};

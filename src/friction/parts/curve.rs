@@ -2,48 +2,29 @@
 
 use super::parameters::{check_forces, coulomb_force, exponent, static_force, stribeck_velocity};
 use crate::numbers::Scalar;
-use crate::variables::{Field, ParameterError, Tunable, Variable};
+use crate::parameter_group;
+use crate::variables::{ParameterError, Tunable};
 
-/// The Stribeck curve: how friction falls from static to Coulomb friction with speed.
-///
-/// ```text
-/// s(v) = lambda*(F_c + (F_s - F_c)*exp(-(|v|/v_s)^delta))   [N]
-/// ```
-///
-/// For `delta < 1` its slope at `v = 0` is infinite; the curve itself is continuous.
-///
-/// # Source
-/// Armstrong-Helouvry, Dupont, Canudas de Wit (1994), Automatica 30(7):1083-1138.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct StribeckCurve {
-    /// Static friction in N.
-    pub static_force: Tunable,
-    /// Coulomb friction in N.
-    pub coulomb_force: Tunable,
-    /// Stribeck velocity in m/s.
-    pub stribeck_velocity: Tunable,
-    /// Stribeck exponent.
-    pub exponent: Tunable,
-}
-
-/// The first four parameters of a law.
-impl Field for StribeckCurve {
-    type Value = Self;
-    const LEN: usize = 4;
-    const IS_TUNABLE: bool = true;
-
-    fn read(values: &[Tunable]) -> Option<Self> {
-        let [static_force, coulomb_force, stribeck_velocity, exponent] = <[Tunable; 4]>::read(values)?;
-        Some(Self { static_force, coulomb_force, stribeck_velocity, exponent })
+parameter_group! {
+    /// The Stribeck curve: how friction falls from static to Coulomb friction with speed.
+    ///
+    /// ```text
+    /// s(v) = lambda*(F_c + (F_s - F_c)*exp(-(|v|/v_s)^delta))   [N]
+    /// ```
+    ///
+    /// For `delta < 1` its slope at `v = 0` is infinite; the curve itself is continuous.
+    ///
+    /// # Source
+    /// Armstrong-Helouvry, Dupont, Canudas de Wit (1994), Automatica 30(7):1083-1138.
+    StribeckCurve() {
+        static_force: Tunable = static_force(11.0);
+        coulomb_force: Tunable = coulomb_force(8.3);
+        stribeck_velocity: Tunable = stribeck_velocity(0.01);
+        exponent: Tunable = exponent();
     }
 }
 
 impl StribeckCurve {
-    /// Its parameters.
-    pub fn variables() -> [Variable; 4] {
-        [static_force(11.0), coulomb_force(8.3), stribeck_velocity(0.01), exponent()]
-    }
-
     /// Checks that the forces fit together.
     ///
     /// # Errors
@@ -81,6 +62,7 @@ pub fn faded<S: Scalar>(distance: S) -> S {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::variables::Field;
     use crate::numbers::Real;
 
     fn curve(parameters: [f64; 4]) -> StribeckCurve {

@@ -2,47 +2,21 @@
 
 use super::parameters::{check_forces, coulomb_force, static_force, velocity, viscous};
 use crate::numbers::{Scalar, sign};
-use crate::variables::{Field, ParameterError, Tunable, Variable};
+use crate::parameter_group;
+use crate::variables::{ParameterError, Tunable};
 
-/// Static and Coulomb friction and their speeds.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Ramp {
-    /// Static friction in N.
-    pub static_force: Tunable,
-    /// Coulomb friction in N.
-    pub coulomb_force: Tunable,
-    /// Speed in m/s at which, or up to which, friction is static.
-    pub static_velocity: Tunable,
-    /// Viscous friction coefficient in N s/m.
-    pub viscous: Tunable,
-    /// Speed in m/s above which friction is Coulomb friction.
-    pub kinetic_velocity: Tunable,
-}
-
-/// The first five parameters of a law.
-impl Field for Ramp {
-    type Value = Self;
-    const LEN: usize = 5;
-    const IS_TUNABLE: bool = true;
-
-    fn read(values: &[Tunable]) -> Option<Self> {
-        let [static_force, coulomb_force, static_velocity, viscous, kinetic_velocity] = <[Tunable; 5]>::read(values)?;
-        Some(Self { static_force, coulomb_force, static_velocity, viscous, kinetic_velocity })
+parameter_group! {
+    /// Static and Coulomb friction and their speeds, of which the first has a meaning of its own in each law.
+    Ramp(meaning: &str) {
+        static_force: Tunable = static_force(11.0);
+        coulomb_force: Tunable = coulomb_force(8.3);
+        static_velocity: Tunable = velocity(2, "vs", 1e-3).text(meaning);
+        viscous: Tunable = viscous(30.0);
+        kinetic_velocity: Tunable = velocity(5, "vd", 1e-2).text("Speed above which friction is Coulomb friction");
     }
 }
 
 impl Ramp {
-    /// Its parameters, with the meaning of the first of the speeds.
-    pub fn variables(static_velocity: &str) -> [Variable; 5] {
-        [
-            static_force(11.0),
-            coulomb_force(8.3),
-            velocity(2, "vs", 1e-3).text(static_velocity),
-            viscous(30.0),
-            velocity(5, "vd", 1e-2).text("Speed above which friction is Coulomb friction"),
-        ]
-    }
-
     /// Checks that forces and velocities fit together.
     ///
     /// # Errors

@@ -2,18 +2,22 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::variables::{Condition, Field, ParameterError, Tunable, Variable, units};
+use crate::parameter_group;
+use crate::variables::{Condition, ParameterError, Variable, units};
 
 /// Number of switches: one near position 0, one near the end of the stroke.
 pub const COUNT: usize = 2;
 
-/// Two switches. Each is on from a distance to its end of the stroke on, and off again beyond that distance and the hysteresis.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct EndSwitches {
-    /// In m; 0: no switch.
-    distances: [f64; COUNT],
-    /// In m.
-    hysteresis: f64,
+parameter_group! {
+    /// Two switches. Each is on from a distance to its end of the stroke on, and off again beyond that distance and the hysteresis.
+    EndSwitches() {
+        distances: [f64; COUNT] = Variable::parameter(1240, "sensor.endDistance", units::METRE, 0.0).range(0.0, 10.0).plausible(1e-5, 2.0).nominal(5e-3).shown_in("mm")
+            .text("Distance from an end of the stroke within which its switch is on: [1] at position 0, [2] at the extended end; 0: no switch")
+            .array([0.0; COUNT]);
+        hysteresis: f64 = Variable::parameter(1242, "sensor.endHysteresis", units::METRE, 1e-3).range(0.0, 1.0).plausible(1e-6, 0.1).shown_in("mm")
+            .counts_where(Condition::any_on(&["sensor.endDistance[1]", "sensor.endDistance[2]"]))
+            .text("Hysteresis of the end switches: additional distance at which a switch turns off");
+    }
 }
 
 /// Which of them are on.
@@ -22,40 +26,7 @@ pub struct Memory {
     is_on: [bool; COUNT],
 }
 
-impl Field for EndSwitches {
-    type Value = Self;
-    const LEN: usize = COUNT + 1;
-    const VARIES: bool = false;
-
-    fn read(values: &[Tunable]) -> Option<Self> {
-        let [first, second, hysteresis] = <[f64; COUNT + 1]>::read(values)?;
-        Some(Self { distances: [first, second], hysteresis })
-    }
-}
-
 impl EndSwitches {
-    /// The parameters.
-    pub fn variables() -> [Variable; COUNT + 1] {
-        let distance = Variable::parameter(1240, "sensor.endDistance", units::METRE, 0.0)
-            .range(0.0, 10.0)
-            .plausible(1e-5, 2.0)
-            .nominal(5e-3);
-        let [first, second] = distance
-            .shown_in("mm")
-            .text("Distance from an end of the stroke within which its switch is on: [1] at position 0, [2] at the extended end; 0: no switch")
-            .array([0.0; COUNT]);
-        let hysteresis = Variable::parameter(1242, "sensor.endHysteresis", units::METRE, 1e-3)
-            .counts_where(Condition::any_on(&["sensor.endDistance[1]", "sensor.endDistance[2]"]))
-            .range(0.0, 1.0)
-            .plausible(1e-6, 0.1)
-            .shown_in("mm");
-        [
-            first,
-            second,
-            hysteresis.text("Hysteresis of the end switches: additional distance at which a switch turns off"),
-        ]
-    }
-
     /// The switches as outputs.
     pub fn outputs(position: u32) -> [Variable; COUNT] {
         [1, 2].map(|number: u32| {
