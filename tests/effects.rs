@@ -93,6 +93,17 @@ fn contexts(model: &Model, name: &str) -> Vec<Changes> {
             let table = [("valve.characteristic", 2.0), ("valve.tableA.points", 11.0), ("valve.tableB.points", 11.0)];
             [0.0, 2.0, 5.0, 8.0, 10.0].map(|voltage| [&table[..], &[("valveVoltage", voltage)]].concat()).to_vec()
         }
+        ["friction", "position", part, ..] if !["amplitude", "period"].contains(&part) => {
+            const FACTORS: [&str; 4] = [
+                "friction.position.factor[2]",
+                "friction.position.factor[4]",
+                "friction.position.factor[6]",
+                "friction.position.factor[8]",
+            ];
+            let table = FACTORS.map(|factor| (factor, 3.0)).into_iter().chain([("friction.position.points", 9.0)]);
+            let at = |place: i32| [("valveVoltage", 7.0), ("position0", 0.01 + 0.06 * f64::from(place))];
+            (0..9).map(|place| table.clone().chain(at(place)).collect()).collect()
+        }
         ["walk", ..] => vec![vec![("tray.velocityAmplitude", 0.2), ("walk.stepsPerPeriod", 2.0)]],
         ["feedForward", ..] | ["referenceVelocity"] => vec![vec![("feedForward.source", 2.0)]],
         ["dimensionless", ..] => vec![vec![("form", 2.0), ("dimensionless.fr", 0.01)]],

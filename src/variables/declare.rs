@@ -275,6 +275,7 @@ macro_rules! parameter_group {
         impl $crate::variables::Field for $name {
             type Value = Self;
             const LEN: usize = 0 $(+ <$type as $crate::variables::Field>::LEN)*;
+            const IS_TUNABLE: bool = true $(&& <$type as $crate::variables::Field>::IS_TUNABLE)*;
 
             fn read(values: &[$crate::variables::Tunable]) -> Option<Self> {
                 $(

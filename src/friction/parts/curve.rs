@@ -62,8 +62,8 @@ pub fn faded<S: Scalar>(distance: S) -> S {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::variables::Field;
     use crate::numbers::Real;
+    use crate::variables::Field;
 
     fn curve(parameters: [f64; 4]) -> StribeckCurve {
         StribeckCurve::read(&parameters.map(Tunable::still)).unwrap()
