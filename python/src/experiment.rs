@@ -94,6 +94,11 @@ impl Experiment {
         Ok(Self { inner: of_kind(given).map_err(|why| refused(why.0))? })
     }
 
+    /// Refuses to estimate a parameter of the machine that it does without.
+    fn check_estimated(&self, name: &str) -> PyResult<()> {
+        experiment::check_estimated(&*self.inner, name).map_err(|why| refused(why.0))
+    }
+
     /// Its balance of forces, if measured forces move a mass.
     fn balance(&self) -> Option<Self> {
         let balance = Balance::of(self.inner.given())?;

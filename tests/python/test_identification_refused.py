@@ -190,3 +190,25 @@ def test_file_that_is_no_table_is_named(
     told = capsys.readouterr().err
     assert told.count("\n") == 1 and all(word in told for word in words), told
     assert not out.exists()
+
+
+def test_mechanical_half_refuses_what_it_does_without_and_counts_a_rod_on_both_sides() -> None:
+    """A spring or a load along the stroke that is known and not simulated would be taken for friction in silence."""
+    machine: dict[str, ps.Value] = {"friction.law": "Coulomb", "cylinder.rodA": 0.012}
+    time = np.arange(0.0, 3.0, 1e-3)
+    names = ["position", "chamberA.pressure", "chamberB.pressure"]
+    run = ps.Model().simulate(machine, inputs={"valveVoltage": (time, 5.0 + 1.5 * np.sin(2.0 * np.pi * time))},
+                              stop=3.0, step=1e-3, outputs=names)  # fmt: skip
+    data = {"time": run.time, **{name: run[name] for name in names}}
+
+    def fitted(settings: dict[str, ps.Value], free: str = "friction.coulomb.Fc") -> ps.Fit:
+        return ps.fit(data, experiment="mechanical", law="Coulomb", fit=free, settings=settings, starts=0)
+
+    found = fitted({"cylinder.rodA": 0.012})
+    assert_close(found.values["friction.coulomb.Fc"], 8.3, rel=0.02, what="Fc")
+    for name, value in [("load.stiffness", 300.0), ("friction.kappaDifference", 5e-6), ("friction.kappaDriving", 1e-6),
+                        ("friction.position.amplitude", 0.3), ("motion", "Imposed")]:  # fmt: skip
+        with pytest.raises(ValueError, match=rf"{name} = .* is refused: experiment=.mechanical."):
+            fitted({name: value})
+    with pytest.raises(ValueError, match=r"friction\.kappaDifference is refused"):
+        fitted({}, "friction.kappaDifference=1e-6")

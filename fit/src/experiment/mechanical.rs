@@ -8,6 +8,9 @@ use crate::parameter::Values;
 use crate::record::{Record, Signals};
 use crate::smoothing::parabolas;
 
+/// Parameters of the load factor that it takes from the cylinder.
+const LOAD: [&str; 3] = ["friction.kappaA", "friction.kappaB", "friction.direction.factor"];
+
 /// A free mass on FrictionBench, pushed by the measured pressures; its position is compared.
 pub struct Mechanical {
     given: Given,
@@ -33,6 +36,13 @@ impl Experiment for Mechanical {
     fn driving(&self) -> Vec<&'static str> {
         let external = ["externalForce"].into_iter().filter(|signal| self.given.has(signal));
         PRESSURES.into_iter().chain(external).collect()
+    }
+
+    /// It has the load factor of both chambers, no spring, and moves freely.
+    fn lacks(&self, name: &str) -> bool {
+        let is_of_load = name.starts_with("friction.") && !LOAD.contains(&name);
+        let is_of_contact = is_of_load && self.given.model.table().find(name).is_none();
+        is_of_contact || name == "motion" || name.starts_with("load.") || name.starts_with("coupling.")
     }
 
     fn machine(&self) -> &'static [&'static str] {

@@ -196,6 +196,11 @@ pub trait Experiment: Send + Sync {
         Vec::new()
     }
 
+    /// Whether a parameter of the machine acts on the compared signals and has no part in what is simulated.
+    fn lacks(&self, _name: &str) -> bool {
+        false
+    }
+
     /// Parameters that each machine has of its own.
     fn machine(&self) -> &'static [&'static str] {
         &[]
@@ -337,16 +342,33 @@ impl Kind {
 /// An experiment of a kind.
 ///
 /// # Errors
-/// [`Refused`] for too few signals.
+/// [`Refused`] for too few signals, and for a known parameter that acts and that the experiment does without.
 pub fn of_kind(given: Given) -> Result<Box<dyn Experiment>, Refused> {
     given.kind.check(&given.signals)?;
-    Ok(match given.kind.name {
+    let experiment: Box<dyn Experiment> = match given.kind.name {
         "motion" => Box::new(motion::Motion::new(given)),
         "force" => Box::new(force::Force::new(given)),
         "mechanical" => Box::new(mechanical::Mechanical::new(given)),
         "pneumatic" => Box::new(pneumatic::Pneumatic::new(given)),
         _ => Box::new(rig::Rig::new(given)),
-    })
+    };
+    let given = experiment.given();
+    let acts = |(name, value): &(&String, &f64)| {
+        let usual = given.table.table().find(name).and_then(|entry| entry.variable.start);
+        experiment.lacks(name) && usual != Some(**value)
+    };
+    match given.known.iter().find(acts) {
+        Some((name, value)) => Err(given.lacking(&format!("{name} = {value}"))),
+        None => Ok(experiment),
+    }
+}
+
+/// Refuses to estimate a parameter of the machine that an experiment does without.
+///
+/// # Errors
+/// [`Refused`], with its name.
+pub fn check_estimated(experiment: &dyn Experiment, name: &str) -> Result<(), Refused> {
+    if experiment.lacks(name) { Err(experiment.given().lacking(name)) } else { Ok(()) }
 }
 
 /// A property of a sensor, of a bench or of the model, by its name, as an estimated parameter.
@@ -371,6 +393,7 @@ pub fn parameter(experiment: &dyn Experiment, name: &str) -> Result<Parameter, R
     if experiment.of_bench().contains(&name) {
         return Ok(Parameter::of_bench(name).expect("a property of a bench"));
     }
+    check_estimated(experiment, name)?;
     // The cylinder has them, too; the bench gets the load factor that they make.
     let is_of_load = OF_LOAD.contains(&name) && given.table.table().find(name).is_none();
     let table = if is_of_load { given.cylinder.table() } else { given.table.table() };
@@ -419,6 +442,13 @@ impl Given {
         let signals = signals.into_iter().collect();
         let [table, model, cylinder] = [kind.table, kind.simulated, CYLINDER].map(model);
         Self { kind, table, model, cylinder, law, known, signals, options }
+    }
+
+    fn lacking(&self, what: &str) -> Refused {
+        let own = self.kind.name;
+        Refused(format!(
+            "{what} is refused: experiment {own} does without it; rig and pneumatic run the whole cylinder"
+        ))
     }
 
     /// Name of the friction law.

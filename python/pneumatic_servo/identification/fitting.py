@@ -478,6 +478,7 @@ def free_parameters(experiment: Experiment, given: str | Sequence[str] | Mapping
     for name in names:
         if names.count(name) > 1:
             raise ValueError(f"{quoted('fit')}: {name} is given twice")
+        experiment.native.check_estimated(name)
         need = effects.reason_for(experiment.table, settings, name)
         if need:
             raise ValueError(f"{quoted('fit', name)}: it has no effect here, since it counts only with {need}")
