@@ -119,10 +119,10 @@ MISTAKES: dict[str, Mistake] = {
         scaled("position", -1.0), ("position is from", "sign turned", "position=-column")
     ),
     "position from the other end": Mistake(
-        scaled("position", -1.0, 0.5), ("does the position count from the other end?", "position=-column")
+        scaled("position", -1.0, 0.5), ("does the position count from the other end?", "'gain.position': -1")
     ),
     "position from its middle": Mistake(
-        scaled("position", 1.0, -0.25), ("position is from", "retracted end")
+        scaled("position", 1.0, -0.25), ("position is from", "does it count from the middle")
     ),
     "pressure A in bar": Mistake(
         scaled("chamberA.pressure", 1e-5), ("chamberA.pressure is from", "are these bar?")
@@ -147,9 +147,9 @@ MISTAKES: dict[str, Mistake] = {
     ),
     "voltage 10 ms late": Mistake(late("valveVoltage", 10), ("estimate delay.valveVoltage", "late"), AFTER),
     "time in ms": Mistake(scaled("time", 1e3), ("samples are 1 s apart", "[ms]")),
-    "time in Ms": Mistake(scaled("time", 1e-6), ("samples are 1e-09 s apart",)),
+    "time in Ms": Mistake(scaled("time", 1e-6), ("samples are 1e-9 s apart",)),
     "a word that was lost": Mistake(
-        spoilt("chamberA.pressure", 9.99e6), ("far off all samples around it", "9.99e+06 Pa")
+        spoilt("chamberA.pressure", 9.99e6), ("far off all samples around it", "9990000 Pa")
     ),
     "a sample that is missing": Mistake(spoilt("position", np.nan), ("position is nan", "sample 700")),
     "samples dropped, time counted on": Mistake(dropped(300, 100), ("position leaps by", "samples dropped")),
@@ -164,7 +164,7 @@ MISTAKES: dict[str, Mistake] = {
         filtered(("chamberA.pressure",), 0.02), ("estimate lag.chamberA.pressure", "through a filter"), AFTER
     ),
     "velocity in mm/s": Mistake(
-        with_velocity(1e3), ("times the slope of position", "velocity=column[mm/s]")
+        with_velocity(1e3), ("times the slope of position", "velocity=...[mm/s]")
     ),
     "velocity turned": Mistake(with_velocity(-1.0), ("times the slope of position", "velocity=-column")),
 }  # fmt: skip

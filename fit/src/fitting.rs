@@ -11,6 +11,7 @@ use crate::experiment::{self, Experiment, Given, Kind, MeasuredSegment, Options,
 use crate::guess::started;
 use crate::intervals::certainty;
 use crate::parameter::{Parameter, Values};
+use crate::plausibility::{self, Facts, Source};
 use crate::problem::{FAILED, Interrupted, Problem, STEP, Simulated, TOLERANCE};
 use crate::record::{Record, Signals, split, unit_of};
 use crate::refused::Refused;
@@ -130,6 +131,7 @@ pub fn fit(question: &Question, watch: &dyn Watch, told: &dyn Fn(f64)) -> Result
     let kind = Kind::of_name(&question.experiment)?;
     let given = Given::new(kind, question.law, known, question.signals.keys().cloned(), question.options);
     let experiment = &*of_kind(given)?;
+    check_plausible(experiment, question)?;
     let (records, mut notes) = split(file, question.signals.clone())?;
     let parameters = parameters(experiment, question)?;
     let is_named =
@@ -238,6 +240,15 @@ fn sensors(experiment: &dyn Experiment, records: &[Record]) -> Vec<Sensor> {
         Sensor::of(&courses)
     };
     experiment.compared().iter().map(of).collect()
+}
+
+/// Refuses signals that cannot be meant.
+fn check_plausible(experiment: &dyn Experiment, question: &Question) -> Result<(), Refused> {
+    let Question { file, signals, .. } = question;
+    let place = |signal: &str, row: usize| format!("{file}, sample {row} of {signal}");
+    let facts = Facts { given: experiment.given(), columns: &BTreeMap::new(), units: &BTreeMap::new() };
+    let found = plausibility::check(&facts, &Source { name: file, signals, place: &place });
+    found.into_iter().find(|finding| finding.is_refused).map_or(Ok(()), |finding| Err(Refused(finding.text)))
 }
 
 fn check_size(

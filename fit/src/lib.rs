@@ -22,6 +22,7 @@ pub mod matrix;
 pub mod nonnegative;
 pub mod numerals;
 pub mod parameter;
+pub mod plausibility;
 pub mod problem;
 pub mod record;
 mod refused;

@@ -8,10 +8,18 @@ pub fn significant(value: f64, digits: usize) -> String {
     }
     let exponent = libm::floor(libm::log10(value.abs())) as i32;
     if !(-4..7).contains(&exponent) {
-        return format!("{value:.*e}", digits - 1);
+        let text = format!("{value:.*e}", digits - 1);
+        return match text.split_once('e') {
+            Some((mantissa, power)) => format!("{}e{power}", without_zeros(mantissa)),
+            None => text,
+        };
     }
-    let text = format!("{value:.*}", (digits as i32 - 1 - exponent).max(0) as usize);
-    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
+    without_zeros(&format!("{value:.*}", (digits as i32 - 1 - exponent).max(0) as usize)).to_owned()
+}
+
+/// A decimal without zeros at the end of its fraction.
+fn without_zeros(text: &str) -> &str {
+    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { text }
 }
 
 #[cfg(test)]
@@ -21,7 +29,7 @@ mod tests {
     #[test]
     fn numbers_have_as_many_digits_as_are_asked_for() {
         let shown = [0.0, 1.0, 12.345, 0.001_234_5, 123_456.0, 1.5e-7, -1.5e7].map(|value| significant(value, 3));
-        assert_eq!(shown, ["0", "1", "12.3", "0.00123", "123456", "1.50e-7", "-1.50e7"]);
+        assert_eq!(shown, ["0", "1", "12.3", "0.00123", "123456", "1.5e-7", "-1.5e7"]);
         assert_eq!(significant(0.012_345_67, 5), "0.012346");
     }
 }

@@ -11,8 +11,6 @@ const GAP: f64 = 5.0;
 const LOST: f64 = 0.02;
 /// Samples without which a record tells too little.
 const SHORTEST: usize = 50;
-/// Intervals in s that no rig has, as they are too long or too short.
-const INTERVALS: [f64; 2] = [1e-6, 0.5];
 
 /// SI units of signals.
 pub const UNITS: [(&str, &str); 12] = [
@@ -121,7 +119,6 @@ pub fn split(name: &str, mut signals: Signals) -> Result<(Vec<Record>, Vec<Strin
     };
     let records: Vec<Record> = used.into_iter().map(|(first, last)| whole.part(first, last)).collect();
     check_motion(&records)?;
-    check_intervals(&records)?;
     Ok((records, notes))
 }
 
@@ -136,19 +133,6 @@ fn check_motion(records: &[Record]) -> Result<(), Refused> {
         }
     }
     Ok(())
-}
-
-/// Refuses intervals that are too long for the motion of a carriage, or that no rig has.
-fn check_intervals(records: &[Record]) -> Result<(), Refused> {
-    let [least, most] = INTERVALS;
-    let wrong = |step: f64| match step {
-        step if step > most => {
-            Some(format!("samples are {step} s apart, too far for the motion of a carriage; is time in ms?"))
-        }
-        step if step < least => Some(format!("samples are {step} s apart, which no rig has; is time in s?")),
-        _ => None,
-    };
-    records.iter().find_map(|record| wrong(record.step)).map_or(Ok(()), |problem| Err(Refused(problem)))
 }
 
 #[cfg(test)]
@@ -183,7 +167,6 @@ mod tests {
         let rise: Vec<f64> = (0..100).map(|k| 0.01 * f64::from(k)).collect();
         assert!(refused(rise[..20].to_vec(), |x| x).contains("too short, 20 samples"));
         assert!(refused(rise.clone(), |_| 1.0).contains("position never changes"));
-        assert!(refused(rise.iter().map(|t| 1e3 * t).collect(), |x| x).contains("is time in ms?"));
         assert!(refused(rise.iter().rev().copied().collect(), |x| x).contains("time must rise"));
     }
 }

@@ -94,7 +94,7 @@ pub static WRITTEN_UNITS: LazyLock<Vec<WrittenUnit>> = LazyLock::new(|| {
         pressures(
             Datum::Ambient,
             STANDARD_ATMOSPHERE,
-            &[("barg", 1e5), ("mbarg", 1e2), ("kPag", 1e3), ("MPag", 1e6), ("psig", PSI)],
+            &[("barg", 1e5), ("mbarg", 1e2), ("kPag", 1e3), ("MPag", 1e6), ("psig", PSI), ("Pag", 1.0)],
         ),
         pressures(Datum::Vacuum, 0.0, &[("bara", 1e5), ("mbara", 1e2), ("kPaa", 1e3), ("MPaa", 1e6), ("psia", PSI)]),
         of("Pa.s", &[("Pa.s", 1.0), ("mPa.s", 1e-3), ("uPa.s", 1e-6)]),

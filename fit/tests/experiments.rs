@@ -246,7 +246,9 @@ fn choices_that_cannot_be_used_are_refused_by_name() {
     let far = |question: &mut Question| {
         question.signals.get_mut("position").expect("a position").iter_mut().for_each(|x| *x *= 1e3)
     };
-    assert!(changed(&far).starts_with("the start values cannot be simulated: position0 = 250"));
+    assert!(changed(&far).contains("cylinder.stroke = 0.5 m, which is its default; is it in mm"));
+    let outside = |question: &mut Question| question.known.extend([("position0".to_owned(), 9.0)]);
+    assert!(changed(&outside).starts_with("the start values cannot be simulated: position0 = 9"));
     let rest = |question: &mut Question| question.signals.get_mut("position").expect("a position").fill(0.25);
     assert!(changed(&rest).contains("position never changes"));
     assert!(changed(&|question| drop(question.signals.remove("valveVoltage"))).contains("valveVoltage is missing"));

@@ -1,5 +1,6 @@
 //! Experiments of the crate `fit`, and what it tells of their parameters.
 
+use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::str::FromStr;
 use std::sync::Arc;
@@ -10,11 +11,11 @@ use pneumatic_servo::model;
 use pneumatic_servo_fit::candidates::{self, Named};
 use pneumatic_servo_fit::experiment::{
     self, Balance, Begin, Forces, Given, Inputs, KINDS, Kind, MeasuredSegment, OfRecord, Options, Whole, of_kind,
-    pressure_force,
 };
 use pneumatic_servo_fit::guess::{self, Law};
 use pneumatic_servo_fit::law;
 use pneumatic_servo_fit::parameter::{Parameter, Values};
+use pneumatic_servo_fit::plausibility::{self, Facts, Finding, Remedy, Source, Written};
 use pneumatic_servo_fit::record::{Record, Signals};
 use pyo3::prelude::*;
 
@@ -40,6 +41,11 @@ type Cut<'py> = (usize, Made<'py>, Flags<'py>, Flags<'py>, Values, Vec<String>);
 /// Settings, names of properties of sensors, choices, and whether a wrong clock shows.
 type Suspects = (Vec<Defined>, Vec<String>, Vec<(String, String, Vec<String>)>, bool);
 
+/// Kind, signals, unit, values and samples of a remedy.
+type Remedied = (&'static str, Vec<String>, String, Vec<(String, f64)>, Vec<usize>);
+/// Text of a finding, its remedies, and whether it is refused.
+type Found = (String, Vec<Remedied>, bool);
+
 /// Adds what the Python package uses.
 pub fn fill(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<Experiment>()?;
@@ -51,6 +57,7 @@ pub fn fill(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(experiments, module)?)?;
     module.add_function(wrap_pyfunction!(friction_levels, module)?)?;
     module.add_function(wrap_pyfunction!(model_parameter, module)?)?;
+    module.add_function(wrap_pyfunction!(outliers, module)?)?;
     module.add_function(wrap_pyfunction!(presliding, module)?)?;
     module.add_function(wrap_pyfunction!(sensor_parameter, module)?)?;
     module.add_function(wrap_pyfunction!(usual_parameters, module)?)
@@ -224,9 +231,40 @@ impl Experiment {
         Some((array(py, speed), array(py, force), array(py, level)))
     }
 
-    /// Force of both chambers and of the atmosphere on the rod at the communication points.
-    fn pressure_force<'py>(&self, py: Python<'py>, segment: &Segment, values: Values) -> Array<'py> {
-        array(py, pressure_force(self.inner.given(), &segment.inner, &values))
+    /// [`plausibility::findings`] of a record by its name, its signals, and the place of a sample, which `place` gives of a signal and
+    /// a number. `columns` have name and unit of each column, `units` SI units that differ from usual ones.
+    fn findings(
+        &self,
+        name: &str,
+        signals: Courses<'_>,
+        columns: BTreeMap<String, (String, String)>,
+        units: BTreeMap<String, String>,
+        place: Bound<'_, PyAny>,
+    ) -> PyResult<Vec<Found>> {
+        let raised = RefCell::new(None);
+        let place = |signal: &str, row: usize| {
+            let told = place.call1((signal, row)).and_then(|told| told.extract::<String>());
+            told.unwrap_or_else(|error| {
+                raised.borrow_mut().get_or_insert(error);
+                String::new()
+            })
+        };
+        let columns = columns.into_iter().map(|(signal, (name, unit))| (signal, Written { name, unit })).collect();
+        let facts = Facts { given: self.inner.given(), columns: &columns, units: &units };
+        let found = plausibility::findings(&facts, &Source { name, signals: &plain(&signals), place: &place });
+        raised.into_inner().map_or_else(|| Ok(found.into_iter().map(told).collect()), Err)
+    }
+
+    /// [`plausibility::contradictions`] of records.
+    fn contradictions(&self, records: Vec<Measured<'_>>, units: BTreeMap<String, String>) -> Vec<Found> {
+        let records: Vec<Record> = records.iter().map(record_of).collect();
+        let facts = Facts { given: self.inner.given(), columns: &BTreeMap::new(), units: &units };
+        plausibility::contradictions(&facts, &records).into_iter().map(told).collect()
+    }
+
+    /// [`plausibility::supply`].
+    fn doubtful_supply(&self) -> Option<Found> {
+        plausibility::supply(self.inner.given()).map(told)
     }
 
     /// Starts of parameters of the machine that the data tell.
@@ -283,6 +321,27 @@ fn made(py: Python<'_>, signals: Signals) -> Made<'_> {
 fn defined(one: Parameter) -> Defined {
     let ([low, high], [least, most]) = (one.bounds, one.legal);
     (one.name, one.unit, one.start, low, high, one.scale, least, most)
+}
+
+fn told(finding: Finding) -> Found {
+    let Finding { text, remedies, is_refused, .. } = finding;
+    let remedy = |remedy: Remedy| -> Remedied {
+        match remedy {
+            Remedy::Unit { signal, unit } => ("unit", vec![signal], unit, vec![], vec![]),
+            Remedy::Turn { signal } => ("turn", vec![signal], String::new(), vec![], vec![]),
+            Remedy::Swap { signals } => ("swap", signals.to_vec(), String::new(), vec![], vec![]),
+            Remedy::Set { values } => ("set", vec![], String::new(), values, vec![]),
+            Remedy::Remove { signal, rows } => ("remove", vec![signal], String::new(), vec![], rows),
+        }
+    };
+    (text, remedies.into_iter().map(remedy).collect(), is_refused)
+}
+
+/// Samples that are far off those around them, and the medians of these: [`plausibility::outliers`].
+#[pyfunction]
+pub fn outliers<'py>(py: Python<'py>, values: Read<'py>) -> (Bound<'py, PyArray1<i64>>, Array<'py>) {
+    let (rows, usual) = plausibility::outliers(&values.as_array().to_vec());
+    (rows.into_iter().map(|row| row as i64).collect::<Vec<_>>().into_pyarray(py), array(py, usual))
 }
 
 /// Kinds of experiments: name, required signals, and the models with the parameters and of the simulation.

@@ -48,7 +48,7 @@ def scaled(name: str, factor: float, offset: float = 0.0) -> Callable[[dict[str,
     ("change", "words"),
     [
         (scaled("time", 1e3), ["time", "samples are 1 s apart", "[ms]"]),
-        (scaled("time", 1e-6), ["time", "samples are 1e-09 s apart"]),
+        (scaled("time", 1e-6), ["time", "samples are 1e-9 s apart"]),
         (scaled("position", 1e3), ["position is from", "cylinder.stroke = 0.5 m", "write position=...[mm]"]),
         (scaled("position", 1.0, 0.4), ["position is from", "cylinder.stroke = 0.5 m, which is its default"]),
         (scaled("chamberA.pressure", 1e-5), ["chamberA.pressure is from", "Pa", "absolute", "bar"]),

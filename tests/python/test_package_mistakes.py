@@ -56,7 +56,7 @@ REFUSED: dict[str, tuple[Callable[[], object], str]] = {
     "volts for bars": (
         having(supplyPressure="6 V"),
         "supplyPressure: the unit V is refused; it must be one of Pa, hPa, mbar, kPa, MPa, bar, psi, atm, "
-        "barg, mbarg, kPag, MPag, psig, bara, mbara, kPaa, MPaa, psia",
+        "barg, mbarg, kPag, MPag, psig, Pag, bara, mbara, kPaa, MPaa, psia",
     ),
     "degrees Celsius": (
         having(ambientTemperature=20),
@@ -186,11 +186,11 @@ REFUSED: dict[str, tuple[Callable[[], object], str]] = {
     ),
     "a record in mm": (
         lambda: fit({"position": 1e3 * BENCH["position"]}),
-        "record 1: position is from -19.999 to 20 m; in mm it would be -0.019999 to 0.02 m: write position=...[mm]",
+        "record 1: position is from -19.999 to 20 m; is it in mm, -0.019999 to 0.02 m? then write position=...[mm]",
     ),
     "force and position swapped": (
         lambda: fit({"position": BENCH["frictionForce"], "frictionForce": BENCH["position"]}),
-        "record 1: position is from -7 to 7 m; in mm it would be -0.007 to 0.007 m: write position=...[mm]",
+        "record 1: position is from -7 to 7 m; is it in mm, -0.007 to 0.007 m? then write position=...[mm]",
     ),
     "a force that is one number": (
         lambda: fit({"frictionForce": np.full(400, 5.0)}),

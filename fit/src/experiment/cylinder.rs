@@ -39,11 +39,15 @@ pub fn middle(values: &[f64]) -> Vec<f64> {
 
 /// Force of both chambers and of the atmosphere on the rod at the communication points.
 pub fn pressure_force(given: &Given, segment: &MeasuredSegment, values: &Values) -> Vec<f64> {
+    rod_force(given, &PRESSURES.map(|signal| given.measured(segment, signal, values)), values)
+}
+
+/// Force of absolute pressures in both chambers and of the atmosphere on the rod.
+pub fn rod_force(given: &Given, [a, b]: &[Vec<f64>; 2], values: &Values) -> Vec<f64> {
     let [bore, rod, rod_a] = ["cylinder.bore", "cylinder.rod", "cylinder.rodA"].map(|name| given.value(name, values));
     let [bore, rod, rod_a] = [bore, rod, rod_a].map(|diameter| 0.25 * PI * (diameter * diameter));
     let ambient = given.value("ambientPressure", values);
-    let [a, b] = PRESSURES.map(|signal| given.measured(segment, signal, values));
-    a.iter().zip(&b).map(|(a, b)| a * (bore - rod_a) - b * (bore - rod) - ambient * (rod - rod_a)).collect()
+    a.iter().zip(b).map(|(a, b)| a * (bore - rod_a) - b * (bore - rod) - ambient * (rod - rod_a)).collect()
 }
 
 /// Force on the carriage but for its friction, at the communication points.

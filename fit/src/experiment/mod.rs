@@ -19,7 +19,7 @@ use pneumatic_servo::models;
 use pneumatic_servo::variables::{self, Role};
 
 pub use balance::Balance;
-pub use cylinder::pressure_force;
+pub use cylinder::{PRESSURES, rod_force};
 pub use segments::{OfRecord, segments};
 
 use crate::arrays::interpolate;

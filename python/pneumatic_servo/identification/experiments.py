@@ -343,10 +343,6 @@ class Experiment:
         """Return velocity, friction and load factor as far as the data alone tell them, for a start of the fit."""
         return self.native.forces(window.native, dict(values))
 
-    def pressure_force(self, window: Window, values: Values) -> Array:
-        """Return the force of both chambers and of the atmosphere on the rod at the communication points."""
-        return self.native.pressure_force(window.native, dict(values))
-
     def guess(self, windows: Sequence[Window], values: Values) -> dict[str, float]:
         """Return starts that the data tell of parameters of the machine."""
         return self.native.guess([window.native for window in windows], dict(values))

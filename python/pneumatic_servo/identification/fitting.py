@@ -17,14 +17,13 @@ from pneumatic_servo.errors import warn
 from pneumatic_servo.identification import recorder
 from pneumatic_servo.identification.condition_prediction import USUAL
 from pneumatic_servo.identification.conditions import Condition, conditions
-from pneumatic_servo.identification.consistency import compare
 from pneumatic_servo.identification.cross_validation import cross_validate as cross_validate_by
 from pneumatic_servo.identification.experiments import EXPERIMENTS, INPUTS, Experiment, Options
 from pneumatic_servo.identification.fitted import Estimate
 from pneumatic_servo.identification.guess import started
 from pneumatic_servo.identification.intervals import Certainty, certainty, hidden
 from pneumatic_servo.identification.parameters import Free, auxiliary, named_by, parse, split, unit_of, usual, words_of
-from pneumatic_servo.identification.plausibility import assumed, check_known_pressures, checked, judged
+from pneumatic_servo.identification.plausibility import assumed, check_known_pressures, checked, compare, judged
 from pneumatic_servo.identification.problem import FAILED, Problem, check_jac, tell_underivable
 from pneumatic_servo.identification.records import Record, load
 from pneumatic_servo.identification.result import Fit
@@ -285,7 +284,7 @@ def _fit(
     free = free_parameters(kind, fit)
     problem = replace(Problem.of(kind, records, free, validation, extra), workers=workers, jac=jac)
     _check_size(problem)
-    compare(kind, problem.windows)
+    compare(kind, [*records, *extra])
     problem = started(problem)
     whole = WholeRecords.of(problem, records, validation, extra)
     if whole is not None:

@@ -37,7 +37,7 @@ class Measured:
     where : callable
         Says where a sample of a signal stands, for people.
     written : dict
-        Column and unit of each signal as they stand in the table, for people.
+        Name and unit of the column of each signal, as they stand in the table.
     stated : dict
         The SI unit of each signal whose unit somebody wrote, and where.
     """
@@ -45,7 +45,7 @@ class Measured:
     name: str
     signals: Mapping[str, Array]
     where: Callable[[str, int], str]
-    written: Mapping[str, str] = field(default_factory=dict)
+    written: Mapping[str, tuple[str, str]] = field(default_factory=dict)
     stated: Mapping[str, tuple[str, str]] = field(default_factory=dict)
 
 
@@ -161,7 +161,7 @@ def _of_table(table: Table, name: str, columns: Mapping[str, Column] | None) -> 
         unit = _unit_of(table.units[place], signal, column, where)
         si = SIGNALS[signal] if unit is None else si_of(signal, unit, where)
         wanted.append((signal, place, unit or si, si, column.turned))
-        written[signal] = f"{column.name} in {unit or si}"
+        written[signal] = (column.name, unit or si)
         if unit is not None:
             stated[signal] = (si, where)
     signals, others = table.signals(wanted)
