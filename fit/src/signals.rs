@@ -147,6 +147,11 @@ impl Table {
         format!("{file}:{}, column {} ({})", self.first, place + 1, self.names[place])
     }
 
+    /// Where a value of a column stands, for people.
+    pub fn place(&self, file: &str, column: usize, row: usize) -> String {
+        format!("{file}:{}, column {} ({})", self.lines[row], column + 1, self.names[column])
+    }
+
     /// A column in an SI unit; NaN in empty cells, if it may have them.
     fn in_si(&self, file: &str, chosen: &Chosen, may_have_gaps: bool) -> Result<Vec<f64>, Refused> {
         if let Some(fault) = self.faults.get(&chosen.place)

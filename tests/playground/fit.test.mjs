@@ -146,13 +146,18 @@ test("tables that cannot be read are named by line and column, and what is missi
 
 test("what cannot be simulated is told in the words of the library", async () => {
   const { page, close } = await open(browser, LINK);
-  await drop(page, "rig.csv", await readFile(RIG, "utf8"));
+  const [head, ...rows] = (await readFile(RIG, "utf8")).trimEnd().split("\n");
+  // Behind the end of the stroke by no more than a sensor may be wrong.
+  const beyond = rows.map((row) => {
+    const [t, u, x, ...pressures] = row.split(",");
+    return [t, u, 503 - Math.abs(x - 250.061), ...pressures].join(",");
+  });
+  await drop(page, "rig.csv", [head, ...beyond].join("\n"));
   await page.waitForSelector("table.columns");
-  await page.getByLabel("Unit of position").selectOption("m");
   await button(page).click();
   await page.waitForSelector("[data-problem]");
   const problem = await page.locator("[data-problem]").textContent();
-  assert.match(problem, /^the start values cannot be simulated: position0 = 250\.\d+ is refused/);
+  assert.match(problem, /^the start values cannot be simulated: position0 = 0\.50\d+ is refused/);
   await close();
 });
 

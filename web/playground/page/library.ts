@@ -2,6 +2,7 @@
 
 import type { Model, Tables } from "./tables";
 import type { Columns } from "./fit/columns";
+import type { Finding } from "./fit/findings";
 import type { Signal } from "./fit/signals";
 import type { Table } from "./fit/table";
 import { model } from "./tables";
@@ -28,6 +29,7 @@ interface Exports extends WebAssembly.Exports {
   playground_read_table(): number;
   playground_proposed_columns(): number;
   playground_table_signals(): number;
+  playground_findings(): number;
   playground_own_fmu(): number;
   playground_made(): number;
   playground_made_length(): number;
@@ -192,15 +194,19 @@ export class Library {
   /** The chosen columns in SI units, on the clock of the one for time, and those that were read at other times. Throws a refusal. */
   tableSignals(table: Table, columns: Columns): { signals: Map<Signal, Float64Array>; others: Signal[] } {
     const { exports } = this;
-    const { file, names, units, first, lines } = table;
-    const chosen = [...columns].map(([signal, column]) => ({ signal, ...column }));
-    const about = { faults: [...table.faults], clocks: [...table.clocks], gaps: [...table.gaps] };
-    this.ask(JSON.stringify({ file, names, units, first, rows: lines.length, ...about, chosen }), [...table.columns, Float64Array.from(lines)]);
+    this.askOfTable(table, columns, {});
     this.demand(exports.playground_table_signals());
     const { rows, others } = JSON.parse(this.text());
     const samples = new Float64Array(exports.memory.buffer, exports.playground_curves(), rows * columns.size);
     const signals = [...columns.keys()].map((signal, at): [Signal, Float64Array] => [signal, samples.slice(rows * at, rows * (at + 1))]);
     return { signals: new Map(signals), others };
+  }
+
+  /** Findings about the chosen columns under an experiment, with their remedies. */
+  findings(table: Table, columns: Columns, experiment: string, law: number, known: Values): Finding[] {
+    this.askOfTable(table, columns, { experiment, law, known: Object.fromEntries(known) });
+    this.demand(this.exports.playground_findings());
+    return JSON.parse(this.text());
   }
 
   /** The places of the columns of velocity and force of a table with measured friction. Throws a refusal. */
@@ -225,6 +231,15 @@ export class Library {
     this.put(source);
     this.demand(exports.playground_own_fmu());
     return new Uint8Array(exports.memory.buffer, exports.playground_made(), exports.playground_made_length()).slice();
+  }
+
+  /** Writes a question about columns of a table, and the table as its samples. */
+  private askOfTable(table: Table, columns: Columns, further: object): void {
+    const { file, names, units, first, lines } = table;
+    const chosen = [...columns].map(([signal, column]) => ({ signal, ...column }));
+    const about = { faults: [...table.faults], clocks: [...table.clocks], gaps: [...table.gaps] };
+    const question = { file, names, units, first, rows: lines.length, ...about, chosen, ...further };
+    this.ask(JSON.stringify(question), [...table.columns, Float64Array.from(lines)]);
   }
 
   /** Writes a question and its samples. */

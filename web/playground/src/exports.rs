@@ -8,8 +8,8 @@
 use std::cell::RefCell;
 
 use crate::{
-    CallError, Session, estimable, fit, friction_columns, friction_table, own_fmu, proposed_columns, read_table,
-    table_signals, tables,
+    CallError, Session, estimable, findings, fit, friction_columns, friction_table, own_fmu, proposed_columns,
+    read_table, table_signals, tables,
 };
 
 #[cfg(target_arch = "wasm32")]
@@ -195,6 +195,13 @@ pub extern "C" fn playground_table_signals() -> u32 {
         SAMPLES.set(signals);
         about
     }))
+}
+
+/// Makes the findings about the chosen columns of the table in question and samples the text: [`findings`].
+// SAFETY: as for `playground_buffer`.
+#[unsafe(no_mangle)]
+pub extern "C" fn playground_findings() -> u32 {
+    tell(findings(&String::from_utf8_lossy(&QUESTION.take()), &SAMPLES.take()))
 }
 
 /// Replaces the file by that of the machine in the question: [`own_fmu`].

@@ -106,11 +106,11 @@ fn texts(value: &Value) -> Option<Vec<String>> {
     value.as_array()?.iter().map(text).collect()
 }
 
-fn law(question: &Value) -> Option<i32> {
+pub(crate) fn law(question: &Value) -> Option<i32> {
     i32::try_from(question["law"].as_i64()?).ok()
 }
 
-fn known(question: &Value) -> Option<Values> {
+pub(crate) fn known(question: &Value) -> Option<Values> {
     question["known"].as_object()?.iter().map(|(name, value)| Some((name.clone(), value.as_f64()?))).collect()
 }
 

@@ -69,7 +69,8 @@ fn place(value: &Value) -> Option<usize> {
     usize::try_from(value.as_u64()?).ok()
 }
 
-fn asked(question: &Value, samples: &[f64]) -> Option<(String, Table, Vec<Chosen>)> {
+/// File, table and chosen columns of a question.
+pub(crate) fn asked(question: &Value, samples: &[f64]) -> Option<(String, Table, Vec<Chosen>)> {
     let names = texts(&question["names"])?;
     let (rows, width) = (place(&question["rows"])?, names.len());
     if rows == 0 || rows.checked_mul(width + 1)? != samples.len() {

@@ -2,7 +2,7 @@
 
 import type { Files } from "../context";
 import { dictionary } from "../python";
-import { lawName } from "../tables";
+import { lawName, model } from "../tables";
 import type { FitContext, Found } from "./study";
 
 export function filesOf(context: FitContext, found: Found): Omit<Files, "charts"> {
@@ -31,7 +31,8 @@ export function fittedValues({ library, study }: FitContext, { question, answer 
   const names = new Set(library.tables.models.find(({ name }) => name === study.modelName)?.variables.map(({ name }) => name));
   const fitted = answer.estimates.map(({ name, value }) => [name, value] as const).filter(([name]) => names.has(name));
   const start = [...answer.start].filter(([name]) => names.has(name));
-  return new Map([...start, ["friction.law", question.law], ...question.known, ...fitted]);
+  const known = [...question.known].filter(([name]) => names.has(name));
+  return new Map([...start, ["friction.law", question.law], ...known, ...fitted]);
 }
 
 /** Measured and simulated values in SI units. */
@@ -48,7 +49,10 @@ function curves({ answer }: Found): string {
 /** A program for the Python package that makes the same fit. */
 function program({ library, study }: FitContext, { question, columns, table }: Found, name: string): string {
   const { known, free, options } = question;
-  const fixed = new Map([...known].filter(([key]) => !free.includes(key)));
+  const fixed = [...known].filter(([key]) => !free.includes(key));
+  const names = new Set(model(library.tables, study.modelName).variables.map((variable) => variable.name));
+  const ofModel = new Map(fixed.filter(([key]) => names.has(key)));
+  const ofSensors = fixed.filter(([key]) => !names.has(key)).map(([key, value]) => `${JSON.stringify(key)}: ${value}`);
   const column = ([signal, { place, unit, turned }]: [string, { place: number; unit: string; turned: boolean }]) =>
     `    ${JSON.stringify(signal)}: ${JSON.stringify(`${turned ? "-" : ""}${table.names[place]}[${unit}]`)},\n`;
   const start = (key: string) => JSON.stringify(known.has(key) ? `${key}=${known.get(key)}` : key);
@@ -69,7 +73,7 @@ found = ps.fit(
     law=${JSON.stringify(lawName(library.tables, question.law))},
     fit=[${free.map(start).join(", ")}],
     columns=columns,
-    settings=${dictionary(library.tables, study.modelName, fixed).replaceAll("\n", "\n    ")},
+    settings=${dictionary(library.tables, study.modelName, ofModel, ...ofSensors).replaceAll("\n", "\n    ")},
     ${further.join(", ")},
 )
 print(found)

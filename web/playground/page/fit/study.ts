@@ -5,6 +5,7 @@ import { byId } from "../dom";
 import { unpacked, type Estimable } from "../library";
 import { model, variable } from "../tables";
 import { problemOf, proposed, type Columns } from "./columns";
+import type { Finding } from "./findings";
 import type { Answer, Progress, Question } from "./fit";
 import { begin, type Reply } from "./job";
 import { TAKEN } from "./signals";
@@ -53,6 +54,10 @@ export class Study {
   readonly units = new Map<string, string>();
   work: Work = { kind: "none" };
   problem: string | null = null;
+  /** Findings about the record under the present columns and settings, as soon as they are known. */
+  findings: readonly Finding[] = [];
+  /** Gains and offsets of sensors by name, in SI units, with which readings are corrected. */
+  readonly sensors = new Map<string, number>();
   /** The last fit, with what was asked. */
   found: Found | null = null;
   /** View of all this. */
@@ -60,6 +65,9 @@ export class Study {
   /** View of the progress. */
   progressed: () => void = () => {};
   private end: () => void = () => {};
+  /** What the findings were asked for, as a text, and what ends the check. */
+  private checked = "";
+  private endCheck: () => void = () => {};
 
   constructor(private readonly context: Context) {}
 
@@ -72,6 +80,31 @@ export class Study {
     const { settings, library } = this.context;
     const entry = variable(model(library.tables, this.modelName), "friction.law");
     return settings.values[this.modelName].get(entry.name) ?? entry.start ?? 0;
+  }
+
+  /** Fixed values, and starts of estimated ones, of the model and of its sensors. */
+  get known(): Map<string, number> {
+    const own = [...this.context.settings.values[this.modelName]].filter(([name]) => name !== "friction.law");
+    return new Map([...own, ...this.sensors]);
+  }
+
+  /** Checks the record if columns or settings have changed since it was checked. */
+  check(): void {
+    const { table, columns, law, known } = this;
+    const { experiment } = this.context.settings;
+    const asked = table ? JSON.stringify([table.file, [...columns], experiment, law, [...known]]) : "";
+    if (asked === this.checked) return;
+    this.endCheck();
+    this.checked = asked;
+    this.findings = [];
+    if (!table) return;
+    const { module } = this.context.library;
+    this.endCheck = begin({ kind: "check", module, table, columns, experiment, law, known }, (reply) => {
+      this.endCheck = () => {};
+      if (reply.kind === "problem") this.problem = reply.text;
+      if (reply.kind === "findings") this.findings = reply.findings;
+      this.shown();
+    });
   }
 
   /** Estimated parameters: the chosen ones, or the usual ones under the law. */
@@ -118,6 +151,7 @@ export class Study {
   /** Takes over the columns that their names tell. */
   propose(): void {
     const { settings, library } = this.context;
+    this.sensors.clear();
     this.columns = this.table ? proposed(library, this.table, TAKEN[settings.experiment]) : new Map();
     this.problem = this.table && problemOf(library, this.table, this.columns);
   }
@@ -127,6 +161,7 @@ export class Study {
     this.cancel();
     this.table = null;
     this.found = null;
+    this.findings = [];
     this.problem = null;
     this.work = { kind: "reading" };
     this.end = begin({ kind: "read", module: this.context.library.module, file }, (reply) => this.take(reply, null));
@@ -153,7 +188,7 @@ export class Study {
   get obstacle(): string | null {
     if (!this.table) return "open a table first";
     if (this.free.length === 0) return "nothing is free: choose at least one parameter";
-    return this.estimable.lacking;
+    return this.estimable.lacking ?? this.findings.find(({ refused }) => refused)?.text ?? null;
   }
 
   /** Fits. */
@@ -161,13 +196,12 @@ export class Study {
     if (!this.table) return;
     const { settings, library } = this.context;
     const { validation, starts, ...options } = this.choices;
-    const known = new Map([...settings.values[this.modelName]].filter(([name]) => name !== "friction.law"));
     const asked = { table: this.table, columns: new Map(this.columns) };
     this.problem = null;
     try {
       const { signals, others } = library.tableSignals(this.table, this.columns);
       const { experiment } = settings;
-      const { law, free } = this;
+      const { law, free, known } = this;
       const question: Question = { file: this.table.file, experiment, law, signals, known, free, validation, starts, options };
       if (others.length) {
         this.problem = `${others.join(", ")}: read at other times than time; commands are held and readings run on straight lines between their samples.`;

@@ -1,4 +1,4 @@
-// The worker that reads tables and fits, so that the page never waits for either.
+// The worker that reads tables, checks records and fits, so that the page never waits for any of these.
 
 import { Library } from "../library";
 import { fit } from "./fit";
@@ -25,6 +25,11 @@ async function answer(request: Request): Promise<void> {
   if (request.kind === "read") {
     const table = library.readTable(request.file.name, new Uint8Array(await request.file.arrayBuffer()));
     tell({ kind: "table", table }, [table.lines.buffer, ...table.columns.map((column) => column.buffer)]);
+    return;
+  }
+  if (request.kind === "check") {
+    const { table, columns, experiment, law, known } = request;
+    tell({ kind: "findings", findings: library.findings(table, columns, experiment, law, known) });
     return;
   }
   const found = fit(library, request.question, throttled((progress) => tell({ kind: "progress", progress })));

@@ -5,6 +5,7 @@ import type { Files, Page } from "../context";
 import { element } from "../dom";
 import { columnTable, dropZone, experimentChoice } from "../fit/data-card";
 import { filesOf } from "../fit/files";
+import { findingList, sensorList } from "../fit/findings";
 import { choices, freeList } from "../fit/free-card";
 import { curves, preview, resultTables } from "../fit/result-card";
 import { machine } from "../fit/machine-card";
@@ -49,12 +50,13 @@ export class Fit implements Page {
   /** Shows everything anew; what has the focus keeps it. */
   private show(): void {
     const { context, study } = this;
+    study.check();
     const focused = document.activeElement?.getAttribute("aria-label");
     const law = lawChoice(context, study.modelName, "Law");
     const { found } = study;
     this.charts = found ? curves(found.answer) : preview(context);
     this.root.replaceChildren(
-      element("section", { class: "card scene" }, dropZone(context), experimentChoice(context), columnTable(context) ?? ""),
+      element("section", { class: "card scene" }, dropZone(context), findingList(context), experimentChoice(context), columnTable(context), sensorList(context)),
       element("section", { class: "card scene" }, law, machine(context) ?? "", freeList(context), choices(context), this.transport()),
       found ? resultTables(context, found, () => printReport(context, found)) : "",
       this.charts.length ? element("section", { class: "charts" }, ...this.charts.map(({ root }) => root)) : "",
