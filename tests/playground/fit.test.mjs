@@ -60,7 +60,7 @@ test("the example is one button away", async () => {
   await close();
 });
 
-test("a supply that was given above ambient is named as the cause, and a report is printed on one page", async () => {
+test("a supply that was given above ambient is named as the cause, a report is printed on one page, and a button follows the cause", async () => {
   const rows = (await readFile(RIG, "utf8")).trimEnd().split("\n").slice(1);
   const text = ["Zeit [s],Valve voltage (V),Stroke (mm),Pressure A (bar),Pressure B (bar)", ...rows].join("\n");
   const { page, close } = await open(browser, LINK.replace("supplyPressure=600000", "supplyPressure=498675"));
@@ -82,6 +82,10 @@ test("a supply that was given above ambient is named as the cause, and a report 
   await page.getByRole("button", { name: "Print a report" }).click();
   const pdf = (await page.pdf({ preferCSSPageSize: true })).toString("latin1");
   assert.equal(pdf.match(/\/Type\s*\/Page\b/g)?.length, 1);
+  // The button that follows the cause fits again with it: no pressure explains more.
+  await page.getByRole("button", { name: /^Set supplyPressure to (5\.99|6)[0-9]* bar and fit again$/ }).click();
+  await page.waitForFunction(() => document.querySelector("[data-result]") && !document.querySelector("[data-cause]"));
+  assert.equal(await page.locator("[data-result]").getAttribute("data-light"), "green");
   await close();
 });
 

@@ -175,7 +175,9 @@ fn written(answer: &Answer) -> Value {
         "head": light.head(),
         "cause": answer.cause.as_ref().map(|cause| &cause.text),
         // What would be estimated or set to follow the cause.
-        "remedy": answer.cause.as_ref().map(|cause| json!({ "name": cause.name, "item": cause.item })),
+        "remedy": answer.cause.as_ref().map(|cause| {
+            json!({ "name": cause.name, "item": cause.item, "value": cause.estimate.map(|(value, _)| value) })
+        }),
         "findings": findings.into_iter().map(|finding| finding.text).collect::<Vec<_>>(),
         "signals": answer.courses.first().map_or(vec![], |course| course.readings.iter().map(|(name, ..)| *name).collect()),
         "lengths": answer.courses.iter().map(|course| course.time.len()).collect::<Vec<_>>(),

@@ -63,8 +63,8 @@ export interface Answer {
   findings: string[];
   /** The fixed parameter or the sensor that would explain most of the residual, in a sentence; null if none explains much. */
   cause: string | null;
-  /** The parameter of the cause, and the item that a choice would have. */
-  remedy: { name: string; item: string | null } | null;
+  /** The parameter of the cause, and the item that a choice would have, or its estimated value. */
+  remedy: { name: string; item: string | null; value: number | null } | null;
   /** Start values of the first segment as they were fitted. */
   start: Map<string, number>;
   courses: Course[];

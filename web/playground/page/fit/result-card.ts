@@ -3,7 +3,7 @@
 import { TimeChart } from "../charts";
 import { element } from "../dom";
 import { Refusal } from "../library";
-import { items, model, short } from "../tables";
+import { displayUnit, items, model, short } from "../tables";
 import { toSi, unitsOf } from "../units";
 import { scaleOf, type Column } from "./columns";
 import type { Answer, Course, Estimate } from "./fit";
@@ -54,10 +54,10 @@ export function verdictLines({ light, head, findings, cause }: Answer): HTMLElem
   return [sentence, ...(cause === null ? [] : [element("p", { "data-cause": "" }, ended(cause))])];
 }
 
-/** A button that follows the cause: it estimates the parameter too, or takes the choice, and fits again. */
+/** A button that follows the cause: it estimates the parameter too, or takes the choice or the value of an input, and fits again. */
 function remedy(context: FitContext, answer: Answer): HTMLElement | null {
   const { study, library, settings } = context;
-  const { name, item } = answer.remedy ?? {};
+  const { name, item, value } = answer.remedy ?? {};
   if (name === undefined) return null;
   const entry = model(library.tables, study.modelName).variables.find((variable) => variable.name === name);
   const again = (change: () => void) => () => {
@@ -67,6 +67,11 @@ function remedy(context: FitContext, answer: Answer): HTMLElement | null {
   const button = (text: string, change: () => void) => element("div", { class: "buttons" }, element("button", { type: "button", "data-remedy": name, onclick: again(change) }, text));
   const chosen = entry && item !== null ? items(library.tables, entry).find((candidate) => candidate.name === item) : undefined;
   if (entry && chosen) return button(`Set ${name} to ${chosen.name} and fit again`, () => settings.give(study.modelName, entry, chosen.id));
+  if (entry?.role === "input" && typeof value === "number") {
+    const rounded = Number(value.toPrecision(4));
+    const { name: unit, factor, offset } = displayUnit(library.tables, entry);
+    return button(`Set ${name} to ${short((rounded - offset) / factor)} ${unit} and fit again`, () => settings.give(study.modelName, entry, rounded));
+  }
   const { usual, others } = study.estimable;
   const isFree = [...usual, ...others].includes(name) || (entry?.kind === "Real" && entry.role !== "input");
   return isFree && !study.free.includes(name) ? button(`Estimate ${name} too and fit again`, () => study.setFree(name, true)) : null;
