@@ -2,9 +2,9 @@
 
 #![cfg(feature = "sensitivities")]
 
-use pneumatic_servo::model::{Observed, Observer, Setup};
+use pneumatic_servo::model::{Method, Observed, Observer, Setup};
 use pneumatic_servo::models::{friction_observer, pneumatic_servo_cylinder};
-use pneumatic_servo::variables::find;
+use pneumatic_servo::variables::{Choice, find};
 
 const PERIOD: f64 = 1e-3;
 const SHOWN: [&str; 4] = ["position", "velocity", "chamberA.pressure", "frictionForce"];
@@ -17,10 +17,15 @@ fn voltage(step: u32) -> f64 {
 /// after it has been saved and restored on the way.
 #[test]
 fn model_tells_what_an_observer_tells() -> Result<(), Box<dyn std::error::Error>> {
+    [Method::Extended, Method::Unscented].into_iter().try_for_each(model_tells)
+}
+
+fn model_tells(method: Method) -> Result<(), Box<dyn std::error::Error>> {
     let plant =
         Setup::new(&pneumatic_servo_cylinder::MODEL).set("friction.law", "LuGre")?.set("supplyPressure", 6e5)?;
     let measured = [("position", 20e-6), ("chamberA.pressure", 500.0)];
-    let observed = Observed { measured: &measured, period: PERIOD, process: &[("externalForce", 30.0)], initial: &[] };
+    let observed =
+        Observed { measured: &measured, period: PERIOD, process: &[("externalForce", 30.0)], initial: &[], method };
     let mut observer = Observer::new(&plant, observed)?;
     let mut model = Setup::new(&friction_observer::MODEL)
         .set("friction.law", "LuGre")?
@@ -28,6 +33,7 @@ fn model_tells_what_an_observer_tells() -> Result<(), Box<dyn std::error::Error>
         .set("valveVoltage", voltage(0))?
         .set("noise.chamberA.pressure", 500.0)?
         .set("process.externalForce", 30.0)?
+        .set("observer.method", f64::from(method.id()))?
         .start(0.0)?;
     let mut plant = plant.set("valveVoltage", voltage(0))?.start(0.0)?;
     let mut saved = None;

@@ -6,7 +6,7 @@
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
-use pneumatic_servo::model::{Observed, Observer, Setup};
+use pneumatic_servo::model::{Method, Observed, Observer, Setup};
 use pneumatic_servo::models::pneumatic_servo_cylinder::MODEL;
 
 /// Counts the allocations of a thread.
@@ -38,10 +38,10 @@ const STEPS: usize = 2500;
 const BEGIN: usize = 1000;
 
 /// Lets an observer follow its plant, with reversals and rests, and returns the allocations of each step.
-fn followed(law: &str) -> Result<Vec<u64>, Box<dyn std::error::Error>> {
+fn followed(law: &str, method: Method) -> Result<Vec<u64>, Box<dyn std::error::Error>> {
     let setup = Setup::new(&MODEL).set("friction.law", law)?.set("supplyPressure", 6e5)?;
     let mut plant = setup.start(0.0)?;
-    let observed = Observed { measured: &[("position", 20e-6)], period: 1e-3, process: &[], initial: &[] };
+    let observed = Observed { measured: &[("position", 20e-6)], period: 1e-3, process: &[], initial: &[], method };
     let mut observer = Observer::new(&setup, observed)?;
     let mut inputs = setup.inputs().to_vec();
     let mut allocations = Vec::with_capacity(STEPS);
@@ -64,9 +64,11 @@ fn followed(law: &str) -> Result<Vec<u64>, Box<dyn std::error::Error>> {
 /// Also where derivatives are lost, as at events.
 #[test]
 fn step_of_an_observer_does_not_allocate() -> Result<(), Box<dyn std::error::Error>> {
-    for law in ["Stribeck", "LuGre", "Karnopp"] {
-        let some = followed(law)?.into_iter().skip(BEGIN).filter(|number| *number > 0).count();
-        assert_eq!(some, 0, "{law}: of {} steps", STEPS - BEGIN);
+    let extended = ["Stribeck", "LuGre", "Karnopp"].map(|law| (law, Method::Extended));
+    let unscented = ["Stribeck", "LuGre", "Bristle"].map(|law| (law, Method::Unscented));
+    for (law, method) in extended.into_iter().chain(unscented) {
+        let some = followed(law, method)?.into_iter().skip(BEGIN).filter(|number| *number > 0).count();
+        assert_eq!(some, 0, "{law}, {method:?}: of {} steps", STEPS - BEGIN);
     }
     Ok(())
 }

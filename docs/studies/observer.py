@@ -2,9 +2,9 @@
 
 Leaves tables (CSV) and a figure:
 
-- per law the errors of velocity, friction and pressures, estimated from the voltage and a position with 20 um of
-  noise, the share of time in which they are within twice the band of 95 % that the observer tells, and the error of
-  the velocity by a filtered derivative;
+- per law and filter the errors of velocity, friction and pressures, estimated from the voltage and a position with
+  20 um of noise, the share of time in which they are within twice the band of 95 % that the observer tells, and the
+  error of the velocity by a filtered derivative;
 - the verdict of each observer on the record of each law: a wrong law is told by the correlation of its innovations.
 
 Extended Kalman filters for friction are common for valves and drives, for example Zs. Horvath, State space estimation
@@ -24,6 +24,7 @@ import numpy as np
 import pneumatic_servo as ps
 from common import arguments, parallel, plt, save
 from numpy.typing import NDArray
+from pneumatic_servo.observer import Method
 
 Array = NDArray[np.float64]
 
@@ -35,6 +36,7 @@ CUTOFF = 30.0
 PLANT: dict[str, ps.Value] = {"supplyPressure": 6e5}
 SHOWN = ["velocity", "frictionForce", "chamberA.pressure", "chamberB.pressure"]
 SMALL = ["Stribeck", "LuGre", "MaxwellSlip"]
+METHODS: tuple[Method, ...] = ("extended", "unscented")
 VERDICTS = ["None", "Coulomb", "Stribeck", "LuGre", "GMS"]
 
 
@@ -71,13 +73,13 @@ class Record:
         return self.found - self.plant
 
 
-def record(task: tuple[str, str, int]) -> Record:
+def record(task: tuple[str, str, int, Method]) -> Record:
     """Let the observer of a law follow the plant of another for a number of steps."""
-    law, own, steps = task
+    law, own, steps, method = task
     warnings.simplefilter("ignore", ps.PlantWarning)
     noise = np.random.default_rng(1)
     plant = ps.Model().start(PLANT | {"friction.law": law})
-    observer = ps.Observer(PLANT | {"friction.law": own}, measured={"position": NOISE}, period=PERIOD)
+    observer = ps.Observer(PLANT | {"friction.law": own}, measured={"position": NOISE}, period=PERIOD, method=method)
     derivative = Derivative(plant["position"])
     rows: list[list[list[float]]] = []
     for index in range(steps):
@@ -123,24 +125,25 @@ def main() -> None:
     options = arguments(__doc__ or "")
     steps = 1500 if options.small else 4000
     laws = SMALL if options.small else list(ps.Model().parameters["friction.law"].items)
-    records = dict(zip(laws, parallel(options, "laws", record, [(law, law, steps) for law in laws]), strict=True))
+    tasks = [(law, law, steps, method) for law in laws for method in METHODS]
+    records = dict(zip(tasks, parallel(options, "laws", record, tasks), strict=True))
     rows: list[list[object]] = []
-    for law, one in records.items():
+    for (law, _, _, method), one in records.items():
         inside = np.mean(np.abs(one.error) < 2.0 * 1.96 * one.deviation + 1e-9, axis=0)
         errors = [rms(column) for column in one.error[200:].T]
         rows.append(
-            [law, f"{1e3 * errors[0]:.2f}", f"{1e3 * rms((one.derivative - one.plant[:, 0])[200:]):.2f}",
+            [law, method, f"{1e3 * errors[0]:.2f}", f"{1e3 * rms((one.derivative - one.plant[:, 0])[200:]):.2f}",
              f"{errors[1]:.3f}", f"{1e-3 * errors[2]:.2f}", f"{1e-3 * errors[3]:.2f}", f"{inside[0]:.3f}",
              f"{inside[1]:.3f}", f"{one.verdict.mean_square:.2f}", f"{one.verdict.correlation:.2f}"]
         )  # fmt: skip
     write(
         options.output / "Observer_laws.csv",
-        ["law", "velocity (mm/s rms)", "filtered derivative (mm/s rms)", "friction (N rms)", "pressure A (kPa rms)",
-         "pressure B (kPa rms)", "velocity within twice 95 %", "friction within twice 95 %", "mean square",
-         "correlation"],
+        ["law", "filter", "velocity (mm/s rms)", "filtered derivative (mm/s rms)", "friction (N rms)",
+         "pressure A (kPa rms)", "pressure B (kPa rms)", "velocity within twice 95 %", "friction within twice 95 %",
+         "mean square", "correlation"],
         rows,
     )  # fmt: skip
-    pairs = [(law, own, steps) for law in VERDICTS for own in VERDICTS]
+    pairs = [(law, own, steps, METHODS[0]) for law in VERDICTS for own in VERDICTS]
     if not options.small:
         verdicts = parallel(options, "verdicts", record, pairs)
         found = np.array([one.verdict.correlation for one in verdicts]).reshape(len(VERDICTS), -1)
@@ -148,7 +151,7 @@ def main() -> None:
             [law, *(f"{own:.2f}" for own in row)] for law, row in zip(VERDICTS, found.tolist(), strict=True)
         ]
         write(options.output / "Observer_verdicts.csv", ["plant", *VERDICTS], table)
-    draw(records["Stribeck"], options.output / "Observer.png")
+    draw(records["Stribeck", "Stribeck", steps, METHODS[0]], options.output / "Observer.png")
 
 
 if __name__ == "__main__":

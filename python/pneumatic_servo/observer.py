@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +19,7 @@ from pneumatic_servo.names import did_you_mean
 from pneumatic_servo.simulation import Simulation
 
 Array = NDArray[np.float64]
+Method = Literal["extended", "unscented"]
 
 FORCE = "frictionForce"
 LAW = "friction law"
@@ -94,8 +95,9 @@ def _chi_square(degrees: int, quantile: float) -> float:
 class Observer:
     """Estimates of all states of a plant, and of the friction force, from its inputs and a few measurements.
 
-    It is an extended Kalman filter on the plant's own steps, whose derivatives are exact through stick and slip. It
-    computes the deviations of its estimates; its innovations show whether its plant is the measured one.
+    It is a Kalman filter on the plant's own steps: an extended one, with the derivative of a step, through stick and
+    slip, or an unscented one. It computes the deviations of its estimates; its innovations show whether its plant is
+    the measured one.
 
     Parameters
     ----------
@@ -112,6 +114,9 @@ class Observer:
         Standard deviations of states at the start, in SI units, in place of the defaults.
     model : str or Model
         The model.
+    method : str
+        ``"extended"``, or ``"unscented"``: steps from points around the estimate take the place of the derivative, for
+        laws whose step has no useful one, as ``Bristle``.
 
     Examples
     --------
@@ -135,13 +140,16 @@ class Observer:
         process: Mapping[str, Any] | None = None,
         initial: Mapping[str, Any] | None = None,
         model: str | Model = "PneumaticServoCylinder",
+        method: Method = "extended",
     ) -> None:
+        if method not in get_args(Method):
+            raise ValueError(f"method = {method!r} is refused: it must be one of {', '.join(get_args(Method))}")
         own = Model(model) if isinstance(model, str) else model
         self._inputs = list(own.inputs)
         simulation = own.start(settings)
         sampled = list(held_between_samples(own, simulation))
         for held in sampled:
-            warn(f"{held}, which the derivatives of a step do not show: the estimates diverge; choose another law")
+            warn(f"{held}, which a single step does not show: the estimates diverge; choose another law")
         deviations = [
             [(name, float(value)) for name, value in values.settings(argument, own.variables, given or {}).items()]
             for argument, given in (("measured", measured), ("process", process), ("initial", initial))
@@ -152,9 +160,9 @@ class Observer:
         self._period = values.seconds("period", period)
         self._native = _native.Observer(
             own._native, list(simulation._settings.items()), deviations[0], self._period,
-            (deviations[1], deviations[2]), others,
+            (deviations[1], deviations[2]), others, method == "unscented",
         )  # fmt: skip
-        if not sampled and (hanging := _hanging_on_memory(own, simulation, self._period)):
+        if not sampled and method == "extended" and (hanging := _hanging_on_memory(own, simulation, self._period)):
             warn(hanging)
         self._measured = [name for name, _ in deviations[0]]
         self._names = [*self._native.names(), *others]
@@ -266,7 +274,8 @@ def _hanging_on_memory(model: Model, simulation: Simulation, period: float) -> s
         return None
     law = ", ".join(f"{one.name} = {simulation[one.name]}" for one in model.variables.values() if one.meaning == LAW)
     return (
-        f"{law}: its force hangs on {acting} numbers of its memory, which are not estimated; the bands are too narrow"
+        f"{law}: its force hangs on {acting} numbers of its memory, which are not estimated; the bands are too narrow: "
+        "with method='unscented' they are wider"
     )
 
 

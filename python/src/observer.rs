@@ -4,7 +4,7 @@ use std::sync::{Mutex, MutexGuard};
 
 use numpy::ndarray::Array2;
 use numpy::{IntoPyArray, PyArray2};
-use pneumatic_servo::model::{self, Observed, ObserverError};
+use pneumatic_servo::model::{self, Method, Observed, ObserverError};
 use pneumatic_servo::variables::Place;
 use pyo3::prelude::*;
 use pyo3::sync::MutexExt;
@@ -41,11 +41,13 @@ impl Observer {
         period: f64,
         noise: (Named, Named),
         others: Vec<String>,
+        is_unscented: bool,
     ) -> PyResult<Self> {
         let (process, initial) = noise;
         let [measured, process, initial] = [&measured, &process, &initial]
             .map(|list| list.iter().map(|(name, value)| (name.as_str(), *value)).collect::<Vec<_>>());
-        let observed = Observed { measured: &measured, period, process: &process, initial: &initial };
+        let method = if is_unscented { Method::Unscented } else { Method::Extended };
+        let observed = Observed { measured: &measured, period, process: &process, initial: &initial, method };
         let setup = setup(model.model, &settings)?;
         let observer = model::Observer::new(&setup, observed).map_err(|error| match error {
             ObserverError::Setting(error) => refused_setting(error),

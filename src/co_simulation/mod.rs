@@ -110,6 +110,22 @@ pub trait Simulation: Send {
         false
     }
 
+    /// Moves all continuous states that are integrated, as [`move_state`](Self::move_state) does one. Does not allocate.
+    #[cfg(feature = "sensitivities")]
+    fn move_states(&mut self, _states: &[f64]) {}
+
+    /// Writes the continuous states that are integrated, numbered as in a [`Direction`].
+    #[cfg(feature = "sensitivities")]
+    fn states(&self, _states: &mut [f64]) {}
+
+    /// Remembers the present point, inputs apart, in place of the one before. Does not allocate but at first.
+    #[cfg(feature = "sensitivities")]
+    fn keep(&mut self) {}
+
+    /// Goes back to the point that is remembered, if there is one. Does not allocate.
+    #[cfg(feature = "sensitivities")]
+    fn go_back(&mut self) {}
+
     /// Logs the events from here on. Steps then allocate.
     fn log_events(&mut self) {}
 

@@ -89,6 +89,18 @@ pub struct Simulator<E: System<U>, const N: usize, const U: usize> {
     /// Boxed: a run has kilobytes, which would be copied over the stack of the importer.
     run: Box<Run<E, N, U>>,
     session: Session,
+    /// The point to go back to.
+    #[cfg(feature = "sensitivities")]
+    kept: Option<Box<Kept<E::Memory<Real>, N>>>,
+}
+
+/// States, memory and progress of a run, and the time on the clock of the host.
+#[cfg(feature = "sensitivities")]
+struct Kept<M, const N: usize> {
+    x: [Real; N],
+    memory: M,
+    progress: Progress,
+    time: f64,
 }
 
 impl<E: System<U>, const N: usize, const U: usize> Simulator<E, N, U> {
@@ -104,7 +116,12 @@ impl<E: System<U>, const N: usize, const U: usize> Simulator<E, N, U> {
         check_outputs(&equations, &begin.0.map(Real::value), &u, &begin.1)?;
         let mut run = Run::boxed(equations, settings, begin, Real::all(&u));
         run.set_clock(start.time);
-        Ok(Self { run, session: Session::begin::<E, U>(start) })
+        Ok(Self {
+            run,
+            session: Session::begin::<E, U>(start),
+            #[cfg(feature = "sensitivities")]
+            kept: None,
+        })
     }
 
     /// The present inputs.
@@ -231,6 +248,47 @@ impl<E: System<U>, const N: usize, const U: usize> Simulation for Simulator<E, N
     fn state_index(&self, state: usize) -> Option<usize> {
         let reference = self.session.table.states().nth(state)?;
         self.run.system().state_at(reference, N)
+    }
+
+    #[cfg(feature = "sensitivities")]
+    fn move_states(&mut self, states: &[f64]) {
+        let ((x, memory), progress) = (self.run.state(), self.run.progress());
+        let (mut x, mut memory) = (*x, memory.clone());
+        for (reference, value) in self.session.table.states().zip(states) {
+            if let Some(index) = self.run.system().state_at(reference, N) {
+                x[index] = Real::of(*value);
+            }
+        }
+        self.run.restore(x, &mut memory, progress);
+    }
+
+    #[cfg(feature = "sensitivities")]
+    fn states(&self, states: &mut [f64]) {
+        for (reference, slot) in self.session.table.states().zip(states) {
+            if let Some(index) = self.run.system().state_at(reference, N) {
+                *slot = self.run.state().0[index].value;
+            }
+        }
+    }
+
+    #[cfg(feature = "sensitivities")]
+    fn keep(&mut self) {
+        let ((x, memory), progress, time) = (self.run.state(), self.run.progress(), self.session.time);
+        match &mut self.kept {
+            Some(kept) => {
+                (kept.x, kept.progress, kept.time) = (*x, progress, time);
+                kept.memory.clone_from(memory);
+            }
+            None => self.kept = Some(Box::new(Kept { x: *x, memory: memory.clone(), progress, time })),
+        }
+    }
+
+    #[cfg(feature = "sensitivities")]
+    fn go_back(&mut self) {
+        if let Some(Kept { x, memory, progress, time }) = self.kept.as_deref() {
+            self.run.restore(*x, &mut memory.clone(), *progress);
+            self.session.time = *time;
+        }
     }
 
     fn log_events(&mut self) {

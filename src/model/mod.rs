@@ -16,7 +16,7 @@ pub use self::experiment::{Course, Experiment, Panel, Signal};
 #[cfg(feature = "sensitivities")]
 pub(crate) use self::observer::SavedObserver;
 #[cfg(feature = "sensitivities")]
-pub use self::observer::{Observed, Observer, ObserverError};
+pub use self::observer::{Method, Observed, Observer, ObserverError};
 pub use self::plant::{Plant, Saved};
 pub use self::setup::Setup;
 pub use self::transition::Steps;

@@ -14,13 +14,14 @@ use super::pneumatic_servo_cylinder as cylinder;
 use super::pneumatic_servo_cylinder::PneumaticServoCylinder;
 use crate::co_simulation::{Direction, Simulation, Snapshot, SnapshotError};
 use crate::model::{
-    Course, Experiment, Functions, Model, Observed, Observer, ObserverError, Panel, SavedObserver, Setup, Signal, Start,
+    Course, Experiment, Functions, Method, Model, Observed, Observer, ObserverError, Panel, SavedObserver, Setup,
+    Signal, Start,
 };
 use crate::numbers::{Real, Scalar};
 use crate::solver::StepError;
 use crate::system::{Sample, System, Tables, Tuning, references};
 use crate::variables::{
-    Meaning, ParameterError, Place, Role, SettingError, Table, Value, Variable, find, table_cache, units,
+    Choice, Meaning, ParameterError, Place, Role, SettingError, Table, Value, Variable, find, table_cache, units,
 };
 
 /// The model. It is none of [`ALL`](super::ALL): its library is compiled with derivatives, and apart.
@@ -163,6 +164,10 @@ fn make_table() -> Table {
             .range(1e-6, 10.0)
             .text("Period of the samples"),
     );
+    all.push(
+        Variable::choice(OWN + 202, "observer.method", Method::Extended)
+            .text("Kalman filter; under friction.law = Bristle the bands of the extended one are too narrow"),
+    );
     for (place, (name, _, noise)) in (211..).zip(MEASURED) {
         let text = format!("Standard deviation of the noise of measured.{name}; 0: it is not measured");
         let own = like(of(&computed, name), OWN + place, format!("noise.{name}"), Role::Fixed, text);
@@ -254,7 +259,10 @@ impl FrictionObserver {
         let disturbed = DISTURBED.iter().chain([&FORCE]).map(|name| (*name, value(&format!("process.{name}"))));
         let process: Vec<_> = disturbed.filter(|(_, deviation)| *deviation > 0.0).collect();
         let period = value("observer.period");
-        let observed = Observed { measured: &measured, period, process: &process, initial: &[] };
+        let method = Method::from_id(value("observer.method")).ok_or_else(|| {
+            ParameterError::new("observer.method", value("observer.method"), "there is no such method")
+        })?;
+        let observed = Observed { measured: &measured, period, process: &process, initial: &[], method };
         let observer = Observer::new(&setup, observed).map_err(|error| match error {
             ObserverError::Setting(error) => refused(error),
             ObserverError::Parameter(error) => error,

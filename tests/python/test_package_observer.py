@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 import numpy as np
 import pneumatic_servo as ps
 import pytest
@@ -47,6 +49,14 @@ def test_errors_are_within_the_bands_that_the_observer_tells(law: str) -> None:
     assert velocity < 2e-3 and max(pressures) < 5e3
     assert np.mean(deviations[200:, 0]) < 1e-3, "the bands are no wider than of use"
     assert observer.consistency().is_consistent
+
+
+@pytest.mark.filterwarnings("error")
+def test_unscented_filter_knows_its_errors_under_bristles() -> None:
+    """The bonds, on which the force hangs, are not estimated: steps from points around the estimate see them break."""
+    _, errors, deviations = follow("Bristle", method="unscented")
+    velocity, friction, *_ = np.mean(np.abs(errors) < 2.0 * 1.96 * deviations + 1e-9, axis=0)
+    assert velocity > 0.95 and friction > 0.6
 
 
 def test_wrong_law_is_told_by_the_innovations() -> None:
@@ -138,6 +148,7 @@ def test_measurements_may_be_missing() -> None:
         ({"process": {"frictionForce": 1.0}}, "frictionForce"),
         ({"initial": {"externalForce": 1.0}}, "externalForce"),
         ({"process": {"velocity": -1.0}}, "velocity = -1"),
+        ({"method": "particle"}, "method = 'particle' is refused: it must be one of extended, unscented"),
     ],
 )
 def test_wrong_arguments_are_named(arguments: dict[str, object], words: str) -> None:
@@ -158,7 +169,8 @@ def test_wrong_values_are_named() -> None:
 
 
 def test_law_whose_force_hangs_on_its_memory_is_told() -> None:
-    with pytest.warns(ps.PlantWarning, match=r"friction\.law = Bristle: its force hangs on \d+ numbers of its memory"):
+    words = r"friction\.law = Bristle: its force hangs on \d+ numbers of its memory.*method='unscented'"
+    with pytest.warns(ps.PlantWarning, match=words):
         ps.Observer({"friction.law": "Bristle"}, measured={"position": NOISE}, period=PERIOD)
 
 
@@ -168,6 +180,7 @@ def test_law_that_keeps_a_few_numbers_is_not_warned_of(law: str) -> None:
     ps.Observer({"friction.law": law}, measured={"position": NOISE}, period=PERIOD)
 
 
-def test_law_that_holds_its_force_between_samples_is_told() -> None:
+@pytest.mark.parametrize("method", ["extended", "unscented"])
+def test_law_that_holds_its_force_between_samples_is_told(method: Literal["extended", "unscented"]) -> None:
     with pytest.warns(ps.PlantWarning, match=r"friction\.law = DNLRX: it holds its force between samples"):
-        ps.Observer({"friction.law": "DNLRX"}, measured={"position": NOISE}, period=PERIOD)
+        ps.Observer({"friction.law": "DNLRX"}, measured={"position": NOISE}, period=PERIOD, method=method)

@@ -135,7 +135,8 @@ def test_observer_knows_its_errors_under_each_law(tmp_path: Path) -> None:
     run("observer.py", "--small", "--output", tmp_path)
     assert (tmp_path / "Observer.png").stat().st_size > 10_000
     rows = rows_of(tmp_path / "Observer_laws.csv")
-    assert [row["law"] for row in rows] == ["Stribeck", "LuGre", "MaxwellSlip"]
+    kinds = [(row["law"], row["filter"]) for row in rows]
+    assert kinds == [(law, own) for law in ("Stribeck", "LuGre", "MaxwellSlip") for own in ("extended", "unscented")]
     for row in rows:
         assert float(row["velocity within twice 95 %"]) > 0.95 and float(row["friction within twice 95 %"]) > 0.95
         assert float(row["velocity (mm/s rms)"]) < 0.1 * float(row["filtered derivative (mm/s rms)"])

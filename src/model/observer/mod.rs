@@ -1,25 +1,39 @@
-//! An observer: an extended Kalman filter on the transitions of a plant.
+//! An observer: a Kalman filter on the transitions of a plant.
 //!
 //! ```text
 //! x- = f(x, u),  P- = A*P*A' + Q*T        K = P-*h'/(h*P-*h' + r),  x+ = x- + K*(y - h(x-))
 //! ```
 //!
-//! `f` is a step of the plant with all its events, and `A` its exact derivative (`Varied`), through stick and slip. Measurements
-//! are taken in one by one, with the covariance in Joseph's form, in units of nominal values.
+//! `f` is a step of the plant with all its events. In the extended filter `A` and `h` are its derivatives, in the unscented one
+//! the regression of steps from points around the estimate ([`Method`]). Measurements are taken in one by one, with the covariance in
+//! Joseph's form, in units of nominal values.
+
+mod extended;
+mod unscented;
 
 use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
+use self::extended::Extended;
+use self::unscented::Unscented;
 use super::Setup;
-use crate::numbers::{DIRECTIONS, Tangent};
-use crate::sensitivity::{Along, Varied};
+use crate::enumeration;
+use crate::sensitivity::Along;
 use crate::session::{Snapshot, SnapshotError};
 use crate::solver::StepError;
 use crate::variables::{Kind, ParameterError, Place, SettingError, Variable, find};
 
 /// Share of its start above which the estimate of a pressure or temperature stays.
 const VACUUM: f64 = 0.01;
+
+enumeration! {
+    /// How an [`Observer`] carries its covariance over a step of the plant; ids are never reused.
+    Method "ObserverMethod": "Kalman filter of an observer" {
+        1 Extended: "Extended Kalman filter: along the derivative of a step, which is exact through stick and slip";
+        2 Unscented: "Unscented Kalman filter: by steps from points around the estimate, for laws whose step has no useful derivative";
+    }
+}
 
 /// Properties of an [`Observer`]; all deviations are standard deviations in SI units.
 #[derive(Clone, Copy, Debug)]
@@ -33,6 +47,8 @@ pub struct Observed<'a> {
     pub process: &'a [(&'a str, f64)],
     /// States and inputs of these, and their deviations at the start.
     pub initial: &'a [(&'a str, f64)],
+    /// How the covariance is carried over a step.
+    pub method: Method,
 }
 
 /// Why there is no such observer.
@@ -88,6 +104,46 @@ struct Estimated {
     least: f64,
 }
 
+/// What is estimated, and how well it is known.
+struct Belief {
+    estimated: Vec<Estimated>,
+    /// Values of all continuous states of the table, in SI units.
+    states: Vec<f64>,
+    /// The inputs of the last step, estimates included.
+    inputs: Vec<f64>,
+    /// Offsets of the inputs that are estimated, by their places.
+    offsets: Vec<f64>,
+    /// Covariance in nominal units, by its rows.
+    covariance: Vec<f64>,
+}
+
+/// The computed variables at an estimate.
+struct Outputs {
+    values: Vec<f64>,
+    /// Their derivatives by what is estimated, row by row, in units of its nominal values.
+    slopes: Vec<f64>,
+    /// Variances that these leave unexplained, in SI units.
+    residuals: Vec<f64>,
+}
+
+/// The way of an estimate over a step of the plant.
+trait Propagation: Send {
+    /// Goes a step of a size in s on: states and covariance, but for disturbances, are those at its end.
+    fn step(&mut self, belief: &mut Belief, size: f64) -> Result<(), StepError>;
+
+    /// Moves the plant to the present estimate, with its present modes.
+    fn move_to(&mut self, belief: &Belief);
+
+    /// Reads the computed variables where the plant has been moved to.
+    fn outputs(&mut self, belief: &Belief, outputs: &mut Outputs);
+
+    /// The plant, and numbers that are carried from step to step beside it.
+    fn save(&self) -> (Snapshot, &[f64]);
+
+    /// Goes back to what was saved; nothing is changed where it does not fit.
+    fn restore(&mut self, plant: &Snapshot, carried: &[f64]) -> Result<(), SnapshotError>;
+}
+
 /// A measured variable.
 #[derive(Clone, Copy, Debug)]
 struct Measured {
@@ -99,32 +155,16 @@ struct Measured {
 /// An observer of the states of a plant, from inputs and measurements.
 pub struct Observer {
     setup: Setup,
-    /// Runs of the plant beside each other, each with slopes in a few directions.
-    runs: Vec<Box<dyn Varied>>,
-    estimated: Vec<Estimated>,
+    propagation: Box<dyn Propagation>,
+    belief: Belief,
+    outputs: Outputs,
     measured: Vec<Measured>,
     /// Whether all measured variables are continuous states.
     measures_states: bool,
     period: f64,
-    /// Values of all continuous states of the table, in SI units.
-    states: Vec<f64>,
-    /// Places of these among the computed variables.
+    /// Places of all continuous states of the table among the computed variables.
     places: Vec<usize>,
-    /// The inputs of the last step, estimates included.
-    inputs: Vec<f64>,
-    /// Offsets of the inputs that are estimated, by their places.
-    offsets: Vec<f64>,
-    /// Covariance in nominal units, by its rows.
-    covariance: Vec<f64>,
-    transition: Vec<f64>,
-    room: Vec<f64>,
     gain: Vec<f64>,
-    /// Continuous states and computed variables with slopes, of one run.
-    moved: Vec<Tangent>,
-    shown: Vec<Tangent>,
-    /// Values of the computed variables, and their derivatives by what is estimated, row by row.
-    values: Vec<f64>,
-    slopes: Vec<f64>,
     innovation: Vec<f64>,
     whitened: Vec<f64>,
 }
@@ -215,40 +255,40 @@ impl Observer {
             _ => unreachable!("a continuous state is computed"),
         };
         let places: Vec<usize> = references.iter().map(place_of).collect();
-        let mut runs = (0..n.div_ceil(DIRECTIONS)).map(|_| setup.varied(0.0, &[])).collect::<Result<Vec<_>, _>>()?;
-        runs.iter_mut().for_each(|run| run.be_silent());
+        let extended = Extended::new(setup, n)?;
         let mut observer = Self {
             setup: setup.clone(),
-            runs,
-            estimated,
+            propagation: Box::new(extended),
+            belief: Belief {
+                estimated,
+                states: places.iter().map(|place| plant.value(Place::Computed(*place))).collect(),
+                inputs: setup.inputs().to_vec(),
+                offsets: vec![0.0; setup.inputs().len()],
+                covariance,
+            },
+            outputs: Outputs {
+                values: vec![0.0; computed],
+                slopes: vec![0.0; computed * n],
+                residuals: vec![0.0; computed],
+            },
             measures_states: measured.iter().all(|own| places.contains(&own.place)),
             measured,
             period: observed.period,
-            states: vec![0.0; references.len()],
             places,
-            inputs: setup.inputs().to_vec(),
-            offsets: vec![0.0; setup.inputs().len()],
-            covariance,
-            transition: identity(n),
-            room: vec![0.0; n * n],
             gain: vec![0.0; n],
-            moved: vec![Tangent::still(0.0); references.len()],
-            shown: vec![Tangent::still(0.0); computed],
-            values: vec![0.0; computed],
-            slopes: vec![0.0; computed * n],
             innovation: vec![f64::NAN; m],
             whitened: vec![f64::NAN; m],
         };
-        for (state, place) in observer.places.iter().enumerate() {
-            observer.states[state] = plant.value(Place::Computed(*place));
-        }
-        observer.seed();
         observer.look();
         if let Some(place) =
             observer.measured.iter().position(|measured| observer.row(measured.place).iter().any(|it| it.is_nan()))
         {
             let reason = "it is rounded: give the variable before its rounding, and the rounding as noise";
             return Err(refused(observed.measured[place].0, reason));
+        }
+        if observed.method == Method::Unscented {
+            observer.propagation = Box::new(Unscented::new(setup, n)?);
+            observer.look();
         }
         Ok(observer)
     }
@@ -262,7 +302,7 @@ impl Observer {
     /// # Panics
     /// If the numbers of inputs or measurements are others.
     pub fn update(&mut self, inputs: &[f64], measured: &[Option<f64>]) -> Result<(), StepError> {
-        assert_eq!((inputs.len(), measured.len()), (self.inputs.len(), self.measured.len()));
+        assert_eq!((inputs.len(), measured.len()), (self.belief.inputs.len(), self.measured.len()));
         self.predict(inputs)?;
         self.innovation.fill(f64::NAN);
         self.whitened.fill(f64::NAN);
@@ -271,59 +311,25 @@ impl Observer {
                 self.correct(place, *value);
             }
         }
-        self.constrain();
-        self.seed();
+        self.belief.constrain();
         self.look();
         Ok(())
     }
 
     /// Goes a period on.
     fn predict(&mut self, inputs: &[f64]) -> Result<(), StepError> {
-        let n = self.estimated.len();
-        for ((slot, own), offset) in self.inputs.iter_mut().zip(inputs).zip(&self.offsets) {
+        let belief = &mut self.belief;
+        for ((slot, own), offset) in belief.inputs.iter_mut().zip(inputs).zip(&belief.offsets) {
             *slot = own + offset;
         }
-        for (number, run) in self.runs.iter_mut().enumerate() {
-            run.set_inputs(&self.inputs, &[0.0; 64][..self.inputs.len()]);
-            run.step(self.period)?;
-            run.states(&mut self.moved);
-            for direction in 0..DIRECTIONS {
-                let column = number * DIRECTIONS + direction;
-                if column >= n || run.lost(direction).is_some() {
-                    // The derivative of the step before serves.
-                    continue;
-                }
-                for (row, own) in self.estimated.iter().enumerate() {
-                    self.transition[row * n + column] = match own.along {
-                        Along::State(state) => {
-                            self.moved[state].slopes[direction] * self.estimated[column].nominal / own.nominal
-                        }
-                        _ => f64::from(u8::from(row == column)),
-                    };
-                }
-            }
-        }
-        self.states.iter_mut().zip(&self.moved).for_each(|(slot, moved)| *slot = moved.value);
-        // A*P*A' + Q*T.
-        for row in 0..n {
-            for column in 0..n {
-                let terms = (0..n).map(|k| self.transition[row * n + k] * self.covariance[k * n + column]);
-                self.room[row * n + column] = terms.sum();
-            }
-        }
-        for row in 0..n {
-            for column in 0..=row {
-                let terms = (0..n).map(|k| self.room[row * n + k] * self.transition[column * n + k]);
-                let sum: f64 = terms.sum();
-                self.covariance[row * n + column] = sum;
-                self.covariance[column * n + row] = sum;
-            }
-            self.covariance[row * n + row] += self.estimated[row].process * self.period;
+        self.propagation.step(belief, self.period)?;
+        let n = belief.estimated.len();
+        for (place, own) in belief.estimated.iter().enumerate() {
+            belief.covariance[place * n + place] += own.process * self.period;
         }
         if self.measures_states {
             self.values_from_states();
         } else {
-            self.seed();
             self.look();
         }
         Ok(())
@@ -331,11 +337,13 @@ impl Observer {
 
     /// Takes a measurement in.
     fn correct(&mut self, number: usize, value: f64) {
-        let (n, Measured { place, variance }) = (self.estimated.len(), self.measured[number]);
-        let predicted = self.values[place];
-        let row: &[f64] = &self.slopes[place * n..(place + 1) * n];
+        let Self { belief, outputs, .. } = self;
+        let (n, Measured { place, variance }) = (belief.estimated.len(), self.measured[number]);
+        let variance = variance + outputs.residuals[place];
+        let predicted = outputs.values[place];
+        let row: &[f64] = &outputs.slopes[place * n..(place + 1) * n];
         // P*h'.
-        for (slot, of) in self.gain.iter_mut().zip(self.covariance.chunks(n)) {
+        for (slot, of) in self.gain.iter_mut().zip(belief.covariance.chunks(n)) {
             *slot = of.iter().zip(row).map(|(entry, slope)| entry * slope).sum();
         }
         let own: f64 = self.gain.iter().zip(row).map(|(entry, slope)| entry * slope).sum();
@@ -343,13 +351,13 @@ impl Observer {
         let innovation = value - predicted;
         self.innovation[number] = innovation;
         self.whitened[number] = innovation / total.sqrt();
-        for (place, own) in self.estimated.iter().enumerate() {
+        for (place, own) in belief.estimated.iter().enumerate() {
             let change = self.gain[place] / total * innovation * own.nominal;
             match own.along {
-                Along::State(state) => self.states[state] += change,
+                Along::State(state) => belief.states[state] += change,
                 Along::Input(input) => {
-                    self.offsets[input] += change;
-                    self.inputs[input] += change;
+                    belief.offsets[input] += change;
+                    belief.inputs[input] += change;
                 }
                 _ => {}
             }
@@ -357,9 +365,9 @@ impl Observer {
         // The predictions of the other measurements follow.
         for later in number + 1..self.measured.len() {
             let place = self.measured[later].place;
-            let row = &self.slopes[place * n..(place + 1) * n];
+            let row = &outputs.slopes[place * n..(place + 1) * n];
             let change: f64 = row.iter().zip(&self.gain).map(|(slope, gain)| slope * gain).sum();
-            self.values[place] += change / total * innovation;
+            outputs.values[place] += change / total * innovation;
         }
         // Joseph's form (I - K*h)*P*(I - K*h)' + K*r*K', with the products that K*h has in common.
         for row in 0..n {
@@ -367,28 +375,20 @@ impl Observer {
             let left = self.gain[row] - gain * own;
             for column in 0..=row {
                 let other = self.gain[column] / total;
-                let once = self.covariance[row * n + column] - gain * self.gain[column];
+                let once = belief.covariance[row * n + column] - gain * self.gain[column];
                 let entry = once - left * other + gain * variance * other;
-                self.covariance[row * n + column] = entry;
-                self.covariance[column * n + row] = entry;
-            }
-        }
-    }
-
-    /// Keeps pressures and temperatures above vacuum.
-    fn constrain(&mut self) {
-        for own in &self.estimated {
-            if let Along::State(state) = own.along {
-                self.states[state] = self.states[state].max(own.least);
+                belief.covariance[row * n + column] = entry;
+                belief.covariance[column * n + row] = entry;
             }
         }
     }
 
     /// Everything that changes from step to step.
     pub(crate) fn save(&self) -> SavedObserver {
-        let Self { states, inputs, offsets, covariance, transition, innovation, whitened, .. } = self;
-        let numbers = [states, inputs, offsets, covariance, transition, innovation, whitened].map(Clone::clone);
-        SavedObserver { plant: self.runs[0].save(), numbers }
+        let Self { belief: Belief { states, inputs, offsets, covariance, .. }, innovation, whitened, .. } = self;
+        let (plant, carried) = self.propagation.save();
+        let numbers = [states, inputs, offsets, covariance, carried, innovation, whitened].map(<[f64]>::to_vec);
+        SavedObserver { plant, numbers }
     }
 
     /// Goes back to what was saved of the same observer.
@@ -396,63 +396,38 @@ impl Observer {
     /// # Errors
     /// [`SnapshotError`] when it does not fit.
     pub(crate) fn restore(&mut self, saved: &SavedObserver) -> Result<(), SnapshotError> {
-        let Self { states, inputs, offsets, covariance, transition, innovation, whitened, .. } = self;
-        let own = [states, inputs, offsets, covariance, transition, innovation, whitened];
-        if own.iter().zip(&saved.numbers).any(|(own, saved)| own.len() != saved.len()) {
+        let Self { belief: Belief { states, inputs, offsets, covariance, .. }, innovation, whitened, .. } = self;
+        let [.., carried, _, _] = &saved.numbers;
+        let own = [(0, states), (1, inputs), (2, offsets), (3, covariance), (5, innovation), (6, whitened)];
+        if own.iter().any(|(place, own)| own.len() != saved.numbers[*place].len()) {
             return Err(SnapshotError::Lengths);
         }
         // Innovations may be missing.
         if !saved.numbers[..5].iter().flatten().all(|number| number.is_finite()) {
             return Err(SnapshotError::NotFinite);
         }
-        for run in &mut self.runs {
-            run.place(&saved.plant, &[])?;
-        }
-        own.into_iter().zip(&saved.numbers).for_each(|(own, saved)| own.copy_from_slice(saved));
-        self.seed();
+        self.propagation.restore(&saved.plant, carried)?;
+        own.into_iter().for_each(|(place, own)| own.copy_from_slice(&saved.numbers[place]));
         self.look();
         Ok(())
     }
 
-    /// Lets each run vary in its directions, from the present estimates.
-    fn seed(&mut self) {
-        let mut along = [Along::Input(0); DIRECTIONS];
-        for (number, run) in self.runs.iter_mut().enumerate() {
-            let own = &self.estimated[number * DIRECTIONS..self.estimated.len().min((number + 1) * DIRECTIONS)];
-            for (slot, it) in along.iter_mut().zip(own) {
-                *slot = it.along;
-            }
-            run.reseed(&self.states, &along[..own.len()]);
-            run.set_inputs(&self.inputs, &[0.0; 64][..self.inputs.len()]);
-        }
-    }
-
-    /// Reads values, and their derivatives by what is estimated, where the runs are seeded.
+    /// Reads values, and their derivatives by what is estimated, at the estimate.
     fn look(&mut self) {
-        let n = self.estimated.len();
-        for (number, run) in self.runs.iter_mut().enumerate() {
-            run.outputs(&mut self.shown);
-            for (place, shown) in self.shown.iter().enumerate() {
-                self.values[place] = shown.value;
-                for (direction, slope) in shown.slopes.iter().enumerate() {
-                    let column = number * DIRECTIONS + direction;
-                    if column < n {
-                        self.slopes[place * n + column] = slope * self.estimated[column].nominal;
-                    }
-                }
-            }
-        }
+        self.propagation.move_to(&self.belief);
+        self.propagation.outputs(&self.belief, &mut self.outputs);
         self.values_from_states();
     }
 
     /// States are what they are estimated as, whatever mode follows.
     fn values_from_states(&mut self) {
-        let n = self.estimated.len();
-        for (column, own) in self.estimated.iter().enumerate() {
+        let Outputs { values, slopes, residuals } = &mut self.outputs;
+        let n = self.belief.estimated.len();
+        for (column, own) in self.belief.estimated.iter().enumerate() {
             if let Along::State(state) = own.along {
                 let place = self.places[state];
-                self.values[place] = self.states[state];
-                let row = &mut self.slopes[place * n..(place + 1) * n];
+                (values[place], residuals[place]) = (self.belief.states[state], 0.0);
+                let row = &mut slopes[place * n..(place + 1) * n];
                 row.fill(0.0);
                 row[column] = own.nominal;
             }
@@ -460,8 +435,8 @@ impl Observer {
     }
 
     fn row(&self, place: usize) -> &[f64] {
-        let n = self.estimated.len();
-        &self.slopes[place * n..(place + 1) * n]
+        let n = self.belief.estimated.len();
+        &self.outputs.slopes[place * n..(place + 1) * n]
     }
 
     /// The plant that is followed.
@@ -471,33 +446,33 @@ impl Observer {
 
     /// Names of the estimated states, and of the inputs that are estimated.
     pub fn names(&self) -> impl Iterator<Item = &'static str> {
-        self.estimated.iter().map(|own| own.name)
+        self.belief.estimated.iter().map(|own| own.name)
     }
 
     /// The estimate of a computed variable, or of an input, in a place of the table.
     pub fn value(&self, place: Place) -> f64 {
         match place {
-            Place::Computed(place) => self.values[place],
-            Place::Input(place) => self.inputs[place],
+            Place::Computed(place) => self.outputs.values[place],
+            Place::Input(place) => self.belief.inputs[place],
             _ => f64::NAN,
         }
     }
 
     /// The standard deviation of this estimate.
     pub fn deviation(&self, place: Place) -> f64 {
-        let n = self.estimated.len();
+        let n = self.belief.estimated.len();
         match place {
             Place::Computed(place) => {
                 let row = self.row(place);
-                let rows = self.covariance.chunks(n).zip(row);
+                let rows = self.belief.covariance.chunks(n).zip(row);
                 let sum: f64 = rows
                     .map(|(of, slope)| slope * of.iter().zip(row).map(|(entry, other)| entry * other).sum::<f64>())
                     .sum();
-                sum.max(0.0).sqrt()
+                (sum + self.outputs.residuals[place]).max(0.0).sqrt()
             }
             Place::Input(place) => {
-                let own = self.estimated.iter().position(|own| own.along == Along::Input(place));
-                own.map_or(0.0, |own| self.covariance[own * n + own].sqrt() * self.estimated[own].nominal)
+                let own = self.belief.estimated.iter().position(|own| own.along == Along::Input(place));
+                own.map_or(0.0, |own| self.belief.covariance[own * n + own].sqrt() * self.belief.estimated[own].nominal)
             }
             _ => 0.0,
         }
@@ -516,17 +491,25 @@ impl Observer {
 
     /// Covariance of the estimated quantities in SI units, by its rows.
     pub fn covariance(&self) -> Vec<f64> {
-        let n = self.estimated.len();
+        let Belief { estimated, covariance, .. } = &self.belief;
+        let n = estimated.len();
         let entry = |place: usize| {
             let (row, column) = (place / n, place % n);
-            self.covariance[place] * self.estimated[row].nominal * self.estimated[column].nominal
+            covariance[place] * estimated[row].nominal * estimated[column].nominal
         };
         (0..n * n).map(entry).collect()
     }
 }
 
-fn identity(n: usize) -> Vec<f64> {
-    (0..n * n).map(|place| f64::from(u8::from(place / n == place % n))).collect()
+impl Belief {
+    /// Keeps pressures and temperatures above vacuum.
+    fn constrain(&mut self) {
+        for own in &self.estimated {
+            if let Along::State(state) = own.along {
+                self.states[state] = self.states[state].max(own.least);
+            }
+        }
+    }
 }
 
 fn refused(name: &str, reason: &'static str) -> ObserverError {
@@ -534,7 +517,7 @@ fn refused(name: &str, reason: &'static str) -> ObserverError {
 }
 
 fn check_deviations(observed: Observed) -> Result<(), ObserverError> {
-    let Observed { measured, period, process, initial } = observed;
+    let Observed { measured, period, process, initial, .. } = observed;
     if !(period > 0.0 && period.is_finite()) {
         return Err(ParameterError::new("period", period, "must be positive").into());
     }
