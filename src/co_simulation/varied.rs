@@ -1,12 +1,13 @@
 //! Runs of equations in numbers with slopes.
 
+use std::any::Any;
 use std::sync::Arc;
 
 use crate::numbers::{DIRECTIONS, Real, STILL, Scalar, Slopes, Tangent};
 use crate::sensitivity::{Along, Crossing, NoDerivative, Seed, Seeded, Varied, seeds};
 use crate::session::{Seeds, Snapshot, SnapshotError, Start, build};
 use crate::solver::{self, Progress, Run, Settings, StepError};
-use crate::system::{IndicatorSet, Renewal, System, Told, kept, plain, shared_table, slopes_of, still, told, varied};
+use crate::system::{IndicatorSet, Stilling, System, Told, kept, plain, shared_table, slopes_of, still, told, varied};
 use crate::variables::Table;
 
 /// A model's equations in motion, in numbers with slopes.
@@ -20,7 +21,7 @@ pub struct VariedRun<E: System<U>, const N: usize, const U: usize> {
     /// Clock of the host in s at the start.
     start: f64,
     lost: [Option<NoDerivative>; DIRECTIONS],
-    room: Renewal,
+    room: Stilling,
 }
 
 const DIFFERENT_MODES: &str = "the modes differ from one side of it to the other";
@@ -43,7 +44,7 @@ impl<E: System<U>, const N: usize, const U: usize> VariedRun<E, N, U> {
         run.set_clock(start.time);
         let (table, lost) = (shared_table::<E, U>(), [const { None }; DIRECTIONS]);
         let places = table.states().map(|reference| run.system().state_at(reference, N)).collect();
-        Self { run, table, places, seeds, start: start.time, lost, room: Renewal::default() }
+        Self { run, table, places, seeds, start: start.time, lost, room: Stilling::default() }
     }
 
     /// Makes a step, and finds out why slopes are lost in it.
@@ -235,7 +236,7 @@ impl<E: System<U>, const N: usize, const U: usize> Varied for VariedRun<E, N, U>
         Snapshot { time: self.start + self.run.time(), states, memory: [plain(memory), rest].concat() }
     }
 
-    fn reseed(&mut self, states: &[f64], along: &[Along]) {
+    fn reseed(&mut self, states: &[f64], along: &[Along], moved: Option<&dyn Varied>) {
         let (x, memory) = self.run.state();
         let mut x = x.map(|state| Tangent::still(state.value));
         for ((number, place), value) in self.places.iter().enumerate().zip(states) {
@@ -243,7 +244,11 @@ impl<E: System<U>, const N: usize, const U: usize> Varied for VariedRun<E, N, U>
                 x[place] = Tangent { value: *value, slopes: seeds(along, Along::State(number)) };
             }
         }
-        let mut memory = self.room.reseeded(memory, |place| seeds(along, Along::Memory(place)));
+        let moved: Option<&dyn Any> = moved.map(|run| run as _);
+        let mut memory = match moved.and_then(|run| run.downcast_ref::<Self>()) {
+            Some(moved) => moved.run.state().1.clone(),
+            None => self.room.still(memory),
+        };
         let progress = self.run.progress();
         self.run.restore(x, &mut memory, progress);
         self.seeds = std::array::from_fn(|i| seeds(along, Along::Input(i)));

@@ -112,12 +112,22 @@ impl Scalar for Tangent {
     fn value(self) -> f64 {
         self.value
     }
+    // Loops, since `map` and `from_fn` of arrays are not always inlined, and these are called at every operation.
+    #[inline(always)]
     fn chain(self, value: f64, derivative: f64) -> Self {
-        Self { value, slopes: self.slopes.map(|slope| derivative * slope) }
+        let mut slopes = self.slopes;
+        for slope in &mut slopes {
+            *slope *= derivative;
+        }
+        Self { value, slopes }
     }
+    #[inline(always)]
     fn chain_with(self, value: f64, derivative: f64, parameter: Tangent, by_parameter: f64) -> Self {
-        let slope = |i: usize| derivative * self.slopes[i] + by_parameter * parameter.slopes[i];
-        Self { value, slopes: std::array::from_fn(slope) }
+        let mut slopes = self.slopes;
+        for (slope, other) in slopes.iter_mut().zip(parameter.slopes) {
+            *slope = derivative * *slope + by_parameter * other;
+        }
+        Self { value, slopes }
     }
     fn with_exponent(self, Self { value, slopes }: Self, exponent: Tangent) -> Self {
         // The logarithm of 0 times the power, which is 0 there.

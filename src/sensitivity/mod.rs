@@ -20,6 +20,7 @@ mod adjoint;
 mod direction;
 mod transition;
 
+use std::any::Any;
 use std::fmt;
 
 use crate::numbers::{DIRECTIONS, STILL, Slopes, Tangent};
@@ -48,7 +49,7 @@ pub struct Crossing {
 /// A run in numbers with slopes in [`DIRECTIONS`], beside a plain run: it is told all that the plain one is told.
 ///
 /// Slices follow the order of the table, as in a [`Simulation`](crate::co_simulation::Simulation).
-pub trait Varied: Send {
+pub trait Varied: Any + Send {
     /// Finds directions of parameters and inputs to one side of which the run begins in another mode: they have no derivative.
     fn check_start(&mut self, start: &Start);
 
@@ -60,8 +61,9 @@ pub trait Varied: Send {
     fn place(&mut self, snapshot: &Snapshot, seeds: &[Seed]) -> Result<(), SnapshotError>;
 
     /// Moves the continuous states, numbered as in a [`Direction`](crate::session::Direction), to other values at the present time and
-    /// with the present modes; from there on each direction varies alone, as in [`Seed::each`].
-    fn reseed(&mut self, states: &[f64], along: &[Along]);
+    /// with the present modes; from there on each direction of a state or an input varies alone, as in [`Seed::each`]. A run that has
+    /// been moved so at the same point of the same run may be given: its memory is taken over.
+    fn reseed(&mut self, states: &[f64], along: &[Along], moved: Option<&dyn Varied>);
 
     /// Does not tell from here on why there are no slopes: for a filter, whose steps then do not allocate.
     fn be_silent(&mut self);

@@ -67,55 +67,60 @@ pub fn slopes_of<M: Serialize>(state: &M) -> Vec<Slopes> {
 
 /// A discrete state of numbers without slopes as one of numbers that have them, by the places of the numbers.
 pub fn varied<A: Serialize, B: DeserializeOwned>(state: &A, slopes: impl Fn(usize) -> Slopes) -> B {
-    renewed(state, 0, slopes)
+    let mut finder = Finder::default();
+    finder.find(state);
+    let saved = postcard::to_allocvec(state).expect("a discrete state holds plain data");
+    let (mut start, mut renewed) = (0, Vec::new());
+    for (number, (place, _)) in finder.numbers.iter().enumerate() {
+        let end = place + size_of::<f64>();
+        renewed.extend(&saved[start..end]);
+        slopes(number).iter().for_each(|slope| renewed.extend(slope.to_le_bytes()));
+        start = end;
+    }
+    renewed.extend(&saved[start..]);
+    postcard::from_bytes(&renewed).expect("a discrete state of the same model")
 }
 
 /// A discrete state of numbers with slopes, of which none varies.
-#[cfg(feature = "sensitivities")]
 pub fn still<M: Serialize + DeserializeOwned>(state: &M) -> M {
-    reseeded(state, |_| crate::numbers::STILL)
+    Stilling::default().still(state)
 }
 
-/// A discrete state of numbers with slopes as one with other slopes, by the places of the numbers.
-pub fn reseeded<M: Serialize + DeserializeOwned>(state: &M, slopes: impl Fn(usize) -> Slopes) -> M {
-    renewed(state, size_of::<Slopes>(), slopes)
-}
-
-/// A discrete state whose numbers have other slopes in place of those that take a number of bytes.
-fn renewed<A: Serialize, B: DeserializeOwned>(state: &A, old: usize, slopes: impl Fn(usize) -> Slopes) -> B {
-    Renewal::default().of(state, old, slopes)
-}
-
-/// Room for discrete states with other slopes: the next of a model takes no more memory.
+/// Room to still discrete states: the next of a model takes no more memory.
 #[derive(Debug, Default)]
-pub struct Renewal {
+pub struct Stilling {
     finder: Finder,
     saved: Vec<u8>,
-    renewed: Vec<u8>,
+    /// The one before, in which the finder has found the numbers.
+    before: Vec<u8>,
 }
 
-impl Renewal {
-    /// A discrete state of numbers with slopes as one with other slopes, by the places of the numbers.
-    #[cfg(feature = "sensitivities")]
-    pub fn reseeded<M: Serialize + DeserializeOwned>(&mut self, state: &M, slopes: impl Fn(usize) -> Slopes) -> M {
-        self.of(state, size_of::<Slopes>(), slopes)
-    }
-
-    fn of<A: Serialize, B: DeserializeOwned>(&mut self, state: &A, old: usize, slopes: impl Fn(usize) -> Slopes) -> B {
-        self.finder.find(state);
+impl Stilling {
+    /// As [`still`].
+    pub fn still<M: Serialize + DeserializeOwned>(&mut self, state: &M) -> M {
         let mut saved = std::mem::take(&mut self.saved);
         saved.clear();
-        self.saved = postcard::to_extend(state, saved).expect("a discrete state holds plain data");
-        self.renewed.clear();
-        let mut start = 0;
-        for (number, (place, _)) in self.finder.numbers.iter().enumerate() {
-            let end = place + size_of::<f64>();
-            self.renewed.extend(&self.saved[start..end]);
-            slopes(number).iter().for_each(|slope| self.renewed.extend(slope.to_le_bytes()));
-            start = end + old;
+        let mut saved = postcard::to_extend(state, saved).expect("a discrete state holds plain data");
+        if !self.is_laid_out_as_before(&saved) {
+            self.finder.find(state);
         }
-        self.renewed.extend(&self.saved[start..]);
-        postcard::from_bytes(&self.renewed).expect("a discrete state of the same model")
+        for (place, _) in &self.finder.numbers {
+            saved[place + size_of::<f64>()..][..size_of::<Slopes>()].fill(0);
+        }
+        self.saved = std::mem::replace(&mut self.before, saved);
+        postcard::from_bytes(&self.before).expect("a discrete state of the same model")
+    }
+
+    /// Whether a saved state has its numbers where the one before has: all between them, which tells where the next one is, is the same.
+    fn is_laid_out_as_before(&self, saved: &[u8]) -> bool {
+        let mut start = 0;
+        let is_same = |from: usize, to: usize| saved[from..to] == self.before[from..to];
+        saved.len() == self.before.len()
+            && self.finder.numbers.iter().all(|(place, _)| {
+                let from = std::mem::replace(&mut start, place + size_of::<f64>() + size_of::<Slopes>());
+                is_same(from, *place)
+            })
+            && is_same(start, saved.len())
     }
 }
 

@@ -32,9 +32,9 @@ pub use self::closed_form::{ClosedForm, Stride};
 pub(crate) use self::couplings::bits;
 pub use self::couplings::{Couplings, Groups};
 #[cfg(feature = "sensitivities")]
-pub(crate) use self::discrete_state::{Renewal, are_alike, kept, still};
+pub(crate) use self::discrete_state::{Stilling, are_alike, kept};
 pub use self::discrete_state::{Telling, Told};
-pub(crate) use self::discrete_state::{plain, reseeded, slopes_of, told, varied};
+pub(crate) use self::discrete_state::{plain, slopes_of, still, told, varied};
 pub use self::event::Event;
 pub(crate) use self::event::assert_sound;
 #[doc(hidden)]

@@ -1,4 +1,4 @@
-//! The extended filter: along the exact derivative of a step.
+//! The extended filter: along the derivative of a step.
 
 use super::{Belief, Outputs, Propagation};
 use crate::model::Setup;
@@ -87,9 +87,11 @@ impl Propagation for Extended {
     /// Each run varies in its directions from here on.
     fn move_to(&mut self, belief: &Belief) {
         let mut along = [Along::Input(0); DIRECTIONS];
-        for (run, own) in self.runs.iter_mut().zip(belief.estimated.chunks(DIRECTIONS)) {
+        for (number, own) in belief.estimated.chunks(DIRECTIONS).enumerate() {
             along.iter_mut().zip(own).for_each(|(slot, it)| *slot = it.along);
-            run.reseed(&belief.states, &along[..own.len()]);
+            let (moved, rest) = self.runs.split_at_mut(number);
+            let run = &mut rest[0];
+            run.reseed(&belief.states, &along[..own.len()], moved.first().map(|run| &**run));
             run.set_inputs(&belief.inputs, &[0.0; 64][..belief.inputs.len()]);
         }
     }

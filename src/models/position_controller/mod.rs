@@ -25,7 +25,7 @@ use crate::model::{Course, Experiment, Functions, Model, Panel, Signal, Start};
 use crate::numbers::{DIRECTIONS, Real, STILL, Scalar, Slopes, Tangent, Varying, sign};
 use crate::sensitivity::{Along, Crossing, NoDerivative, Seed, Seeded, Varied, seeds};
 use crate::solver::StepError;
-use crate::system::{Held, Sample, Telling, Told, plain, reseeded, slopes_of, told, varied};
+use crate::system::{Held, Sample, Telling, Told, plain, slopes_of, still, told, varied};
 use crate::variables::{
     Condition, Meaning, ParameterError, ParameterSet, Table, Tunable, Variable, table_cache, units,
 };
@@ -410,8 +410,8 @@ impl Varied for PositionController<Tangent> {
         Ok(())
     }
 
-    fn reseed(&mut self, _states: &[f64], along: &[Along]) {
-        self.memory.last = reseeded(&self.memory.last, |place| seeds(along, Along::Memory(place)));
+    fn reseed(&mut self, _states: &[f64], along: &[Along], _moved: Option<&dyn Varied>) {
+        self.memory.last = still(&self.memory.last);
         self.lost = [const { None }; DIRECTIONS];
         self.seeds = std::array::from_fn(|i| seeds(along, Along::Input(i)));
     }
