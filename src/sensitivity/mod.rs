@@ -65,7 +65,8 @@ pub trait Varied: Any + Send {
     /// been moved so at the same point of the same run may be given: its memory is taken over.
     fn reseed(&mut self, states: &[f64], along: &[Along], moved: Option<&dyn Varied>);
 
-    /// Does not tell from here on why there are no slopes: for a filter, whose steps then do not allocate.
+    /// Does not tell from here on why there are no slopes, and lets them be less accurate: for a filter, whose steps then do not
+    /// allocate.
     fn be_silent(&mut self);
 
     /// Everything that changes while running, apart from inputs, parameters and slopes: what a plain run would save.

@@ -39,6 +39,8 @@ const STEEPER_IN_PASSING: f64 = 3.5;
 const SHARPEST: f64 = 1e-10;
 /// The same of implicit steps, whose second derivatives come from differences.
 const SHARPEST_IMPLICIT: f64 = 1e-7;
+/// The tolerance of slopes that carry the covariance of a filter along, which is known no better.
+const OF_A_FILTER: f64 = 1e-4;
 /// Slopes below this multiple of the scale of a state, per unit of the direction, do not count.
 const NEGLIGIBLE: f64 = 1e-3;
 /// The smallest part of a step that slopes ask for, and that beside a kink, behind which a stage may look.
@@ -92,7 +94,7 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
         self.lost[direction].as_ref()
     }
 
-    /// Loses slopes without a word from here on: steps do not allocate.
+    /// Loses slopes without a word from here on, and is content with those of a filter: steps do not allocate.
     pub fn be_silent(&mut self) {
         self.is_silent = true;
         self.crossings = Vec::with_capacity(1);
@@ -344,7 +346,8 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
                 worst = worst.max(errors[direction].abs() / largest.max(NEGLIGIBLE * self.scales[i]));
             }
         }
-        worst / self.settings.tolerance.max(if self.is_explicit { SHARPEST } else { SHARPEST_IMPLICIT })
+        let sharpest = if self.is_explicit { SHARPEST } else { SHARPEST_IMPLICIT };
+        worst / self.settings.tolerance.max(if self.is_silent { OF_A_FILTER } else { sharpest })
     }
 
     /// The states at the end of a step in smooth pieces; at the end may be an event, with a kink beside it.
