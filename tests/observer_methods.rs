@@ -101,3 +101,24 @@ fn filters_agree_while_the_carriage_slides() -> Result<(), Box<dyn Error>> {
     }
     Ok(())
 }
+
+/// An estimate does not move the reading of a sensor that is held between samples, so that a measurement of it would be left out in
+/// silence; a reading without samples moves.
+#[test]
+fn reading_that_is_held_between_samples_is_refused() -> Result<(), Box<dyn Error>> {
+    let setup = Setup::new(&MODEL).set("sensor.position.offset", 1e-4)?;
+    let measured = [("sensor.position.reading", NOISE)];
+    for method in [Method::Extended, Method::Unscented] {
+        let observed = Observed { measured: &measured, period: PERIOD, process: &[], initial: &[], method };
+        Observer::new(&setup, observed)?;
+        let sampled = setup.clone().set("sensor.position.sampleTime", 1e-3)?;
+        for setup in [sampled.clone(), sampled.set("sensor.position.resolution", 1e-5)?] {
+            let refused = Observer::new(&setup, observed).err().map(|error| error.to_string()).unwrap_or_default();
+            assert!(
+                refused.contains("sensor.position.reading") && refused.contains("held between samples"),
+                "{refused}"
+            );
+        }
+    }
+    Ok(())
+}

@@ -34,6 +34,12 @@ impl Extended {
         })
     }
 
+    /// Names of the computed variables that are numbers of the memory, which an estimate does not move: readings between samples.
+    pub(super) fn held(&self) -> Vec<String> {
+        let memory = self.runs.first().map(|run| run.memory()).unwrap_or_default();
+        memory.into_iter().filter(|number| number.is_variable).map(|number| number.name).collect()
+    }
+
     /// Reads the derivative of the step that a run has made.
     fn read(&mut self, number: usize, belief: &Belief) {
         let (run, n) = (&self.runs[number], belief.estimated.len());

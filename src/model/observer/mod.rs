@@ -256,6 +256,11 @@ impl Observer {
         };
         let places: Vec<usize> = references.iter().map(place_of).collect();
         let extended = Extended::new(setup, n)?;
+        let held = extended.held();
+        if let Some((name, _)) = observed.measured.iter().find(|(name, _)| held.iter().any(|own| own == name)) {
+            let reason = "it is held between samples: give the variable itself, and the error of its sensor as noise";
+            return Err(refused(name, reason));
+        }
         let mut observer = Self {
             setup: setup.clone(),
             propagation: Box::new(extended),
@@ -283,7 +288,7 @@ impl Observer {
         if let Some(place) =
             observer.measured.iter().position(|measured| observer.row(measured.place).iter().any(|it| it.is_nan()))
         {
-            let reason = "it is rounded: give the variable before its rounding, and the rounding as noise";
+            let reason = "it has no derivative by what is estimated where the run starts";
             return Err(refused(observed.measured[place].0, reason));
         }
         if observed.method == Method::Unscented {
