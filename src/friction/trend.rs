@@ -27,7 +27,8 @@ impl<S: Scalar> Trend<S> {
     pub fn follow(&mut self, velocity: S) {
         let [now, before] = [velocity, self.velocity].map(S::value);
         if now != before {
-            let falls = (0.0..1.0).contains(&(now / before));
+            let is_reversed = now != 0.0 && (now > 0.0) != (before > 0.0);
+            let falls = !is_reversed && now.abs() < before.abs();
             self.sign = if falls { -1.0 } else { 1.0 };
             self.velocity = velocity;
         }
