@@ -70,7 +70,7 @@ function remedy(context: FitContext, answer: Answer): HTMLElement | null {
   if (entry?.role === "input" && typeof value === "number") {
     const rounded = Number(value.toPrecision(4));
     const { name: unit, factor, offset } = displayUnit(library.tables, entry);
-    return button(`Set ${name} to ${short((rounded - offset) / factor)} ${unit} and fit again`, () => settings.give(study.modelName, entry, rounded));
+    return button(`Set ${name} to ${short(rounded * factor + offset)} ${unit} and fit again`, () => settings.give(study.modelName, entry, rounded));
   }
   const { usual, others } = study.estimable;
   const isFree = [...usual, ...others].includes(name) || (entry?.kind === "Real" && entry.role !== "input");
