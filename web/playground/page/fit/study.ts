@@ -62,6 +62,8 @@ export class Study {
   found: Found | null = null;
   /** View of all this. */
   shown: () => void = () => {};
+  /** What is called when the findings about the record are known, of which the fields of the page are independent. */
+  informed: () => void = () => {};
   /** View of the progress. */
   progressed: () => void = () => {};
   private end: () => void = () => {};
@@ -103,7 +105,7 @@ export class Study {
       this.endCheck = () => {};
       if (reply.kind === "problem") this.problem = reply.text;
       if (reply.kind === "findings") this.findings = reply.findings;
-      this.shown();
+      this.informed();
     });
   }
 

@@ -26,11 +26,14 @@ export class Fit implements Page {
   private readonly study: Study;
   private charts: readonly TimeChart[] = [];
   private readonly bar = element("progress", { max: "1", "aria-label": "Progress" });
+  private readonly findings = element("div");
+  private readonly start = element("div");
   private readonly told = element("output", { class: "status", "data-progress": "" });
 
   constructor(private readonly context: FitContext) {
     this.study = context.study;
     this.study.shown = () => this.show();
+    this.study.informed = () => this.inform();
     this.study.progressed = () => this.tell();
     this.show();
   }
@@ -55,9 +58,10 @@ export class Fit implements Page {
     const law = lawChoice(context, study.modelName, "Law");
     const { found } = study;
     this.charts = found ? curves(found.answer) : preview(context);
+    this.inform();
     this.root.replaceChildren(
-      element("section", { class: "card scene" }, dropZone(context), findingList(context), experimentChoice(context), columnTable(context), sensorList(context)),
-      element("section", { class: "card scene" }, law, machine(context) ?? "", freeList(context), choices(context), this.transport()),
+      element("section", { class: "card scene" }, dropZone(context), this.findings, experimentChoice(context), columnTable(context), sensorList(context)),
+      element("section", { class: "card scene" }, law, machine(context) ?? "", freeList(context), choices(context), this.start),
       found ? resultTables(context, found, () => printReport(context, found)) : "",
       this.charts.length ? element("section", { class: "charts" }, ...this.charts.map(({ root }) => root)) : "",
     );
@@ -65,6 +69,12 @@ export class Fit implements Page {
     if (focused && !document.activeElement?.getAttribute("aria-label")) {
       this.root.querySelector<HTMLElement>(`[aria-label="${CSS.escape(focused)}"]`)?.focus();
     }
+  }
+
+  /** Shows the findings about the record, and whether a fit may start: alone, so that a text that is being typed stays. */
+  private inform(): void {
+    this.findings.replaceChildren(findingList(this.context) ?? "");
+    this.start.replaceChildren(this.transport());
   }
 
   private transport(): HTMLElement {
