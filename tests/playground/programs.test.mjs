@@ -71,7 +71,7 @@ for (const [view, shown, column] of [
     await put("Supply", "5 bar");
     await put("Amplitude", view === "closed-loop" ? "60 mm" : "2 V");
     if (view === "closed-loop") await put("Position gain", "25");
-    await reached(page, 0.8);
+    await reached(page, 1.6);
     const program = await download(page, "Python");
     const csv = await download(page, "CSV");
     await close();
