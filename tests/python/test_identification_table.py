@@ -61,7 +61,7 @@ def test_arrays_are_in_si_units_with_the_sign_that_is_ours(kind: str) -> None:
         assert found.written == {}
     else:
         assert found.where("position", 2) == "record 3:2, column 2 (x)"
-        assert found.written == {"time": "time in ms", "position": "x in mm", "pressure": "p in barg"}
+        assert found.written == {"time": ("time", "ms"), "position": ("x", "mm"), "pressure": ("p", "barg")}
         assert found.stated["position"] == ("m", "record 3:0, column 2 (x)")
 
 
@@ -144,15 +144,15 @@ def test_units_are_those_that_are_given_or_written() -> None:
         # The pressure of chamber A.
         "pressure": [2e5, 3e5],
     }  # fmt: skip
-    assert found.written == {"time": "time in ms", "position": "position in mm", "velocity": "velocity in m/s",
-                             "force": "force in A", "pressure": "pressure in Pa"}  # fmt: skip
+    assert found.written == {"time": ("time", "ms"), "position": ("position", "mm"), "velocity": ("velocity", "m/s"),
+                             "force": ("force", "A"), "pressure": ("pressure", "Pa")}  # fmt: skip
     assert found.stated == {
         "time": ("s", "record 3:0, column 1 (time)"), "position": ("m", "record 3:0, column 2 (position)"),
         "force": ("A", "record 3:0, column 4 (force)"),
     }  # fmt: skip
     # Two names of the same unit agree.
     same = read(pandas.DataFrame({"time [ms]": [0.0, 1.0]}), "time=time[ms]")
-    assert values(same) == {"time": [0.0, 0.001]} and same.written == {"time": "time in ms"}
+    assert values(same) == {"time": [0.0, 0.001]} and same.written == {"time": ("time", "ms")}
 
 
 def test_file_is_named_with_its_lines(tmp_path: Path) -> None:
