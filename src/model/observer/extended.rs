@@ -66,7 +66,7 @@ impl Propagation for Extended {
     fn step(&mut self, belief: &mut Belief, size: f64) -> Result<(), StepError> {
         for number in 0..self.runs.len() {
             let run = &mut self.runs[number];
-            run.set_inputs(&belief.inputs, &[0.0; 64][..belief.inputs.len()]);
+            run.set_inputs(&belief.inputs, &belief.still);
             run.step(size)?;
             self.read(number, belief);
         }
@@ -98,7 +98,7 @@ impl Propagation for Extended {
             let (moved, rest) = self.runs.split_at_mut(number);
             let run = &mut rest[0];
             run.reseed(&belief.states, &along[..own.len()], moved.first().map(|run| &**run));
-            run.set_inputs(&belief.inputs, &[0.0; 64][..belief.inputs.len()]);
+            run.set_inputs(&belief.inputs, &belief.still);
         }
     }
 

@@ -111,6 +111,8 @@ struct Belief {
     states: Vec<f64>,
     /// The inputs of the last step, estimates included.
     inputs: Vec<f64>,
+    /// Slopes of the inputs over a step, which are held: 0 each.
+    still: Vec<f64>,
     /// Offsets of the inputs that are estimated, by their places.
     offsets: Vec<f64>,
     /// Covariance in nominal units, by its rows.
@@ -268,6 +270,7 @@ impl Observer {
                 estimated,
                 states: places.iter().map(|place| plant.value(Place::Computed(*place))).collect(),
                 inputs: setup.inputs().to_vec(),
+                still: vec![0.0; setup.inputs().len()],
                 offsets: vec![0.0; setup.inputs().len()],
                 covariance,
             },

@@ -19,8 +19,8 @@ use crate::session::{Snapshot, SnapshotError};
 use crate::solver::StepError;
 use crate::variables::{Kind, ParameterError};
 
-/// Square of the distance `c` of the points: that of normal distributions, `n + kappa = 3`, whose fourth moments they have then; with
-/// `alpha = 1`, since steps through events are smooth in no smaller surroundings.
+/// Square of the distance `c` of the points: with `n + kappa = 3` the points have the fourth moments of a normal distribution. `alpha` is
+/// 1, since the step of a plant with events is no smoother over shorter distances.
 const SPREAD_SQUARED: f64 = 3.0;
 /// `beta - alpha^2`, with `beta = 2` for normal distributions.
 const EXCESS: f64 = 1.0;
@@ -103,7 +103,7 @@ impl Unscented {
         }
         self.run.go_back();
         self.run.move_states(&self.states);
-        self.run.set_inputs(&self.inputs, &[0.0; 64][..self.inputs.len()]);
+        self.run.set_inputs(&self.inputs, &belief.still);
     }
 
     /// The end of a step in nominal units, into one of the rooms.
@@ -122,10 +122,11 @@ impl Unscented {
     /// Goes back to the estimate.
     fn return_to(&mut self, belief: &Belief) {
         self.run.go_back();
-        self.run.set_inputs(&belief.inputs, &[0.0; 64][..belief.inputs.len()]);
+        self.run.set_inputs(&belief.inputs, &belief.still);
     }
 
-    /// Steps from all points: leaves those of two opposite ones in the rows of `odd` and `even`.
+    /// Makes a step from each point. The ends of the steps from the two opposite points of a column are left in that row of `odd` and
+    /// of `even`.
     fn step_from_points(&mut self, belief: &Belief, size: f64) -> Result<(), StepError> {
         let n = belief.estimated.len();
         let distance = SPREAD_SQUARED.sqrt();
@@ -194,10 +195,10 @@ impl Propagation for Unscented {
 
     fn move_to(&mut self, belief: &Belief) {
         self.run.move_states(&belief.states);
-        self.run.set_inputs(&belief.inputs, &[0.0; 64][..belief.inputs.len()]);
+        self.run.set_inputs(&belief.inputs, &belief.still);
     }
 
-    /// The slopes `h` are those of the regression: `h*l_i = d_i`.
+    /// The slopes `h` follow from a regression over the points: `h*l_i = d_i`.
     fn outputs(&mut self, belief: &Belief, outputs: &mut Outputs) {
         let n = belief.estimated.len();
         self.factorise(&belief.covariance, n);
