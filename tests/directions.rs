@@ -226,14 +226,13 @@ fn load_factor_follows_the_roles_of_the_chambers() {
 /// `Fs*(1 + kD*(p_driving - p0))` of the chamber on whose side the push begins.
 #[test]
 fn break_away_is_that_of_the_chamber_that_drives() {
-    let areas = |start: &mut rig::Running| start.get("pressureForce");
     for law in ["CoulombStiction", "Stribeck", "Karnopp"] {
         for (sign, driving) in [(1.0, 3e5), (-1.0, 2e5)] {
             for (share, moves) in [(0.99, false), (1.01, true)] {
                 let rig = Rig::cylinder(law).set("friction.kappaDriving", 5e-6);
                 let rig = rig.set("chamberA.pressure0", 3e5).set("chamberB.pressure0", 2e5).set("valve.leakage", 0.0);
                 let limit = 11.0 * (1.0 + 5e-6 * (driving - AMBIENT));
-                let of_pressures = areas(&mut rig.start().unwrap());
+                let of_pressures = rig.start().unwrap().get("pressureForce");
                 let mut running = rig.set("externalForce", sign * share * limit - of_pressures).start().unwrap();
                 running.advance(0.02).unwrap();
                 let label = format!("{law} under {share} of {limit} N, {sign}");

@@ -135,7 +135,7 @@ pub struct Facts<'a> {
     pub given: &'a Given,
     /// Columns of the signals; a signal without one is in its SI unit.
     pub columns: &'a BTreeMap<String, Written>,
-    /// SI units of signals that have another one than usual: those of a machine that rotates.
+    /// SI units of the signals of a rotating machine, where these differ from the units of a machine that slides.
     pub units: &'a BTreeMap<String, String>,
 }
 
@@ -709,7 +709,7 @@ mod tests {
         assert_eq!(found(&rig(), &[], &[SUPPLY]), []);
     }
 
-    /// The unit that a column has by mistake, and the numbers in it: the remedy is that of the numbers.
+    /// Pressures are written in one unit, and their column states another: the remedy is the unit of the numbers.
     #[test]
     fn a_pressure_is_in_the_unit_that_brings_it_near_its_supply() {
         let pressure = "chamberA.pressure";

@@ -87,8 +87,8 @@ impl<H: Varying> DelayLine<H> {
         if !H::VARIES || (to.time - from.time).value() > ROUNDING * delay.value {
             return velocity;
         }
-        // Steps that divide the delay end beside it but for rounding: between two such points the velocity is that of either, and
-        // its slope that between the points around them.
+        // Where the delay is a multiple of the steps, two points may differ by rounding alone. The velocity between such points is the
+        // velocity at either; its slope is taken between the points around both.
         let around = [next.saturating_sub(2), (next + 1).min(self.points.len() - 1)];
         Point::between(around.map(|place| self.points[place]), time).chain(velocity.value(), 1.0)
     }

@@ -55,7 +55,7 @@ pub struct PneumaticServoCylinder<L = Friction, A = Actuator, const EXTENDED: bo
     pub(super) has_one_way_damping: bool,
     /// Whether friction varies along the stroke.
     pub(super) has_waviness: bool,
-    /// Load factor over the position in m.
+    /// Factor of the load factor over the position in m.
     pub(super) profile: Option<MonotoneCurve>,
     /// Inverse of the moving mass in 1/kg.
     pub(super) per_mass: Tangent,

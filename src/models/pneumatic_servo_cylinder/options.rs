@@ -38,7 +38,7 @@ const VISCOUS: [&str; 8] = [
     "piston.leakage",
 ];
 
-/// Points that the table of the load factor along the stroke may have, by default evenly along that of the rig.
+/// Most points of the table of the load factor along the stroke, and their default positions in m, evenly along the default stroke.
 const PROFILE_POINTS: usize = 9;
 const PROFILE_POSITIONS: [f64; PROFILE_POINTS] = [0.0, 0.0625, 0.125, 0.1875, 0.25, 0.3125, 0.375, 0.4375, 0.5];
 
@@ -212,7 +212,7 @@ impl Options {
         factor.or(role).map(|(name, value)| (name, value.value))
     }
 
-    /// Load factor over the position in m, relative to that of the pressures, of a barrel that has one.
+    /// Factor of the load factor over the position in m, where the barrel has a table of it.
     pub fn profile(&self) -> Option<MonotoneCurve> {
         let points = self.profile_positions.into_iter().zip(self.profile_factors).take(self.profile_points);
         (self.profile_points > 0).then(|| MonotoneCurve::through(&points.collect::<Vec<_>>()))
