@@ -63,11 +63,14 @@ pub fn applied(given: &Given, segment: &MeasuredSegment, values: &Values) -> Vec
     applied
 }
 
+/// Increases of the load factor by the pressures of both chambers.
+pub const KAPPAS: [&str; 2] = ["friction.kappaA", "friction.kappaB"];
+
 /// Load factor at the communication points: it grows with the pressures above ambient.
 pub fn level(given: &Given, segment: &MeasuredSegment, values: &Values) -> Vec<f64> {
     let value = |name: &str| given.value(name, values);
     let ambient = value("ambientPressure");
-    let [kappa_a, kappa_b] = ["friction.kappaA", "friction.kappaB"].map(value);
+    let [kappa_a, kappa_b] = KAPPAS.map(value);
     let [a, b] = PRESSURES.map(|signal| given.measured(segment, signal, values));
     a.iter().zip(&b).map(|(a, b)| (1.0 + kappa_a * (a - ambient) + kappa_b * (b - ambient)).max(0.0)).collect()
 }

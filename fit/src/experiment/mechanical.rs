@@ -1,15 +1,12 @@
 //! A carriage with measured pressures: the mechanical half alone, without valve and gas.
 
-use super::cylinder::{self, PRESSURES, on_grids};
-use super::pushed::{LENGTH, Pushed, directed, direction};
+use super::cylinder::{self, KAPPAS, PRESSURES, on_grids};
+use super::pushed::{FACTOR, LENGTH, Pushed, directed, direction};
 use super::{Begin, Experiment, Forces, Given, Inputs, MeasuredSegment, measured};
 use crate::numerals::significant;
 use crate::parameter::Values;
 use crate::record::{Record, Signals};
 use crate::smoothing::parabolas;
-
-/// Parameters of the load factor that it takes from the cylinder.
-const LOAD: [&str; 3] = ["friction.kappaA", "friction.kappaB", "friction.direction.factor"];
 
 /// A free mass on FrictionBench, pushed by the measured pressures; its position is compared.
 pub struct Mechanical {
@@ -40,9 +37,9 @@ impl Experiment for Mechanical {
 
     /// It has the load factor of both chambers, no spring, and moves freely.
     fn lacks(&self, name: &str) -> bool {
-        let is_of_load = name.starts_with("friction.") && !LOAD.contains(&name);
-        let is_of_contact = is_of_load && self.given.model.table().find(name).is_none();
-        is_of_contact || name == "motion" || name.starts_with("load.") || name.starts_with("coupling.")
+        let is_known = KAPPAS.contains(&name) || name == FACTOR || self.given.model.table().find(name).is_some();
+        let is_of_contact = name.starts_with("friction.");
+        (is_of_contact && !is_known) || name == "motion" || name.starts_with("load.") || name.starts_with("coupling.")
     }
 
     fn machine(&self) -> &'static [&'static str] {

@@ -7,7 +7,7 @@ use crate::record::Record;
 use crate::smoothing::noise;
 
 /// Friction outwards over friction inwards.
-const FACTOR: &str = "friction.direction.factor";
+pub const FACTOR: &str = "friction.direction.factor";
 /// Multiple of the noise of its readings within which a smoothed velocity is at rest.
 const RESTING: f64 = 8.0;
 /// Length in s of segments, unless another is given.
