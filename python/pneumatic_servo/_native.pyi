@@ -1,4 +1,5 @@
 from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -54,6 +55,34 @@ class Simulation:
     def trim(self, states: Sequence[tuple[str, float]], inputs: Sequence[str], free: Sequence[str]) -> str | None: ...
     def jacobian(self, of: Sequence[str], to: Sequence[str]) -> _Array: ...
 
+class Fmu:
+    def __init__(
+        self,
+        file: Path,
+        identity: tuple[str, str, str],
+        variables: Mapping[str, tuple[int, str, Mapping[str, float]]],
+        states: Sequence[str],
+    ) -> None: ...
+    def start(self, settings: Sequence[_Setting], time: float) -> FmuSimulation: ...
+
+class FmuState:
+    def to_bytes(self) -> bytes: ...
+
+class FmuSimulation:
+    @property
+    def time(self) -> float: ...
+    def set(self, settings: Sequence[_Setting]) -> None: ...
+    def set_one(self, name: str, value: _Value) -> None: ...
+    def get(self, name: str) -> float: ...
+    def step(self, size: float | str | tuple[float, str]) -> None: ...
+    def notices(self) -> list[_Noticed]: ...
+    def save(self) -> FmuState: ...
+    def restore(self, saved: FmuState) -> None: ...
+    def states(self) -> list[str]: ...
+    def jacobian(self, of: Sequence[str], to: Sequence[str]) -> _Array: ...
+    def move_states(self, states: Sequence[tuple[str, float]]) -> None: ...
+    def transition(self, size: float, parameters: Sequence[str], outputs: Sequence[str]) -> _Transition: ...
+
 class Observer:
     def __init__(
         self,
@@ -99,6 +128,7 @@ STANDARD_ATMOSPHERE: float
 SIGNALS: list[tuple[str, str]]
 COMMANDS: list[str]
 ABOVE_AMBIENT: str
+OWN_MODULE: str
 FAILED: float
 PRIOR: float
 STEP: float
@@ -186,7 +216,7 @@ def simulate_closed(
     runs: Sequence[Sequence[_Setting]],
     inputs: Sequence[tuple[str, _Courses]],
     controller: tuple[
-        Model, Sequence[_Setting], Sequence[tuple[str, _Courses]], Sequence[str], Sequence[str], Sequence[str]
+        Model | Fmu, Sequence[_Setting], Sequence[tuple[str, _Courses]], Sequence[str], Sequence[str], Sequence[str]
     ],
     sampling: tuple[float, int, int],
     grid: _Grid,

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from pneumatic_servo import _native, values
 from pneumatic_servo.checks import mapping, names
 from pneumatic_servo.errors import Refused, warn
+from pneumatic_servo.fmu import FmuModel
 from pneumatic_servo.fresh import described, fresh
 from pneumatic_servo.grid import Grid
 from pneumatic_servo.model_description import ModelDescription
@@ -185,7 +186,7 @@ class Loop:
     @property
     def runs_beside(self) -> bool:
         """Whether plant and controller run side by side without a step through Python."""
-        return self.of_model is not None and not (self.model._is_fmu or self.of_model.model._is_fmu)
+        return self.of_model is not None and not self.model._is_fmu
 
     @property
     def native(self) -> tuple[Any, ...]:
@@ -193,7 +194,10 @@ class Loop:
         assert self.of_model is not None
         measured = [name for name in self.of_model.model.inputs if name in self.model.variables]
         given = list(self.of_model.parameters.items())
-        return self.of_model.model._native, given, measured, self.driven, list(self.record)
+        native = self.of_model.model._native
+        if isinstance(native, FmuModel):
+            native = native.library
+        return native, given, measured, self.driven, list(self.record)
 
     @property
     def sampling(self) -> tuple[float, int, int]:

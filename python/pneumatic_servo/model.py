@@ -13,7 +13,7 @@ from pneumatic_servo.closed_loop import Controller, Loop, Record
 from pneumatic_servo.closed_many import ClosedWork
 from pneumatic_servo.comparison import COUNTED, RECORDED, Comparison, check_laws
 from pneumatic_servo.errors import Refused, warn
-from pneumatic_servo.fmu import OWN, nothing
+from pneumatic_servo.fmu import nothing
 from pneumatic_servo.grid import Grid, courses_of
 from pneumatic_servo.inputs import (
     Input,
@@ -191,9 +191,10 @@ class Model(ModelDescription):
             variable and row, of 2 GiB at most.
         controller : callable or str, optional
             Controller of a closed loop: a function of the time in s and a mapping of the plant's variables, which
-            returns inputs by name or the value of the first one. Or the name of a controller's model, or the pair of
-            it and its parameters: ``("PositionController", {"gain.position": 10})``; its own inputs, as
-            ``referencePosition``, are given among the inputs. Each run has a copy of its own, of objects, of
+            returns inputs by name or the value of the first one. Or the name of a controller's model, or the path of
+            its FMU, as ``"PositionController.fmu"``, or the pair of it and its parameters:
+            ``("PositionController", {"gain.position": 10})``; its own inputs, as ``referencePosition``, are given among
+            the inputs. Each run has a copy of its own, of objects, of
             functions and the variables that they close over; ``run.controller`` is this copy in its final state. A
             function without parameters is a factory, which is called for the controller of each run.
         record : sequence of str, or mapping
@@ -252,7 +253,7 @@ class Model(ModelDescription):
             )
         if self._is_fmu and controller is None:
             if sensitivities:
-                raise ValueError(f"a run of an FMU has no sensitivities; {OWN}")
+                raise ValueError(f"a run of an FMU has no sensitivities; {_native.OWN_MODULE}")
             controller = nothing
         if controller is not None:
             if sensitivities:
@@ -405,8 +406,8 @@ class Model(ModelDescription):
             The ``finished`` of an interrupted call with the same arguments, which may have been pickled: what is
             complete there is not made again.
         controller, period, delay, record : optional
-            Controller of each run: see `simulate`. A controller of the library, as ``"PositionController"``, runs
-            beside the plant on all cores, without a step through Python.
+            Controller of each run: see `simulate`. A controller of the library, as ``"PositionController"``, or one
+            in an FMU runs beside the plant on all cores, without a step through Python.
         progress : bool or callable
             Whether to show progress on a terminal, or what is called with runs done and runs in all.
 
@@ -787,7 +788,7 @@ class Model(ModelDescription):
         True
         """
         if self._is_fmu:
-            raise ValueError(f"a run of an FMU is no system of python-control; {OWN}")
+            raise ValueError(f"a run of an FMU is no system of python-control; {_native.OWN_MODULE}")
         step = values.seconds("period", period)
         if step <= 0.0:
             raise ValueError(f"period = {step:g} is refused: it must be positive")

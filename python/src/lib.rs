@@ -12,6 +12,7 @@ mod export;
 mod failure;
 mod fit;
 mod fleet;
+mod fmu;
 mod friction_table;
 mod gradient;
 mod many;
@@ -53,6 +54,9 @@ fn fill(module: &Bound<'_, PyModule>) -> PyResult<()> {
     experiment::fill(module)?;
     fit::fill(module)?;
     module.add_class::<fleet::Fleet>()?;
+    module.add_class::<fmu::Fmu>()?;
+    module.add_class::<fmu::FmuSimulation>()?;
+    module.add_class::<fmu::FmuState>()?;
     module.add_class::<model::Model>()?;
     module.add_class::<observer::Observer>()?;
     module.add_class::<simulation::SavedState>()?;
@@ -75,6 +79,7 @@ fn fill(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("SIGNALS", pneumatic_servo_fit::record::UNITS.to_vec())?;
     module.add("COMMANDS", pneumatic_servo_fit::signals::COMMANDS.to_vec())?;
     module.add("ABOVE_AMBIENT", pneumatic_servo_fit::signals::ABOVE_AMBIENT)?;
+    module.add("OWN_MODULE", fmu::OWN)?;
     module.add("FAILED", pneumatic_servo_fit::problem::FAILED)?;
     module.add("PRIOR", pneumatic_servo_fit::problem::PRIOR)?;
     module.add("STEP", pneumatic_servo_fit::problem::STEP)?;

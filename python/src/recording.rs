@@ -104,16 +104,18 @@ fn resembling(table: &Table, name: &str) -> String {
     if similar.is_empty() { String::new() } else { format!("; did you mean {}?", similar.join(" or ")) }
 }
 
+/// The place of a variable.
+pub fn place(table: &Table, name: &str) -> PyResult<Place> {
+    let entry = table.find(name);
+    entry.map(|entry| entry.place).ok_or_else(|| {
+        let hint = resembling(table, name);
+        refused(format!("there is no variable {name}{hint}"))
+    })
+}
+
 /// The places of variables to record.
 pub fn places(table: &Table, names: &[String]) -> PyResult<Vec<Place>> {
-    let find = |name: &String| {
-        let entry = table.find(name);
-        entry.map(|entry| entry.place).ok_or_else(|| {
-            let hint = resembling(table, name);
-            refused(format!("there is no variable {name}{hint}"))
-        })
-    };
-    names.iter().map(find).collect()
+    names.iter().map(|name| place(table, name)).collect()
 }
 
 /// What a plant finds unusual about a value: variable, value and remark.

@@ -15,7 +15,7 @@ use crate::failure::{refused, refused_setting, stopped, transition_error};
 use crate::recording::Noticed;
 use crate::recording::places;
 use crate::transition::{Asked, Told};
-use crate::value::{Given, Setting};
+use crate::value::{Given, Setting, seconds};
 
 /// A running plant.
 #[pyclass(frozen, subclass)]
@@ -92,10 +92,7 @@ impl Simulation {
 
     /// Integrates over a step of a size in s, or with its unit.
     fn step(&self, py: Python<'_>, size: &Bound<'_, PyAny>) -> PyResult<()> {
-        let size = match size.extract::<f64>() {
-            Ok(size) => size,
-            Err(_) => py.import("pneumatic_servo.values")?.call_method1("seconds", ("size", size))?.extract()?,
-        };
+        let size = seconds(size)?;
         let mut plant = self.plant(py);
         check_step(&plant, size)?;
         let plant = &mut *plant;

@@ -18,6 +18,7 @@ pub enum Given {
 }
 
 /// A variable's name with its value.
+#[derive(Clone)]
 pub struct Setting {
     /// The name.
     pub name: String,
@@ -84,4 +85,15 @@ pub fn setup(model: &'static pneumatic_servo::model::Model, settings: &[Setting]
     let mut setup = Setup::new(model);
     apply(&mut setup, settings).map_err(refused_setting)?;
     Ok(setup)
+}
+
+/// The size of a step in s, from a number or one with its unit.
+///
+/// # Errors
+/// `ValueError` or `TypeError` if it is neither.
+pub fn seconds(size: &Bound<'_, PyAny>) -> PyResult<f64> {
+    match size.extract() {
+        Ok(size) => Ok(size),
+        Err(_) => size.py().import("pneumatic_servo.values")?.call_method1("seconds", ("size", size))?.extract(),
+    }
 }

@@ -6,6 +6,7 @@ import copy
 import pickle
 import zipfile
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pneumatic_servo as ps
@@ -106,3 +107,67 @@ def test_what_an_fmu_cannot_do_is_refused_by_name(bench: ps.Model, tmp_path: Pat
         archive.writestr("modelDescription.xml", '<fmiModelDescription fmiVersion="2.0" generationTool="another"/>')
     with pytest.raises(ValueError, match="no FMU of this library; FMPy runs others"):
         ps.Model(foreign)
+
+
+@pytest.fixture(scope="module")
+def controller(fmus: Path) -> str:
+    """The controller in an FMU."""
+    return str(fmus / "PositionController.fmu")
+
+
+LOOP: dict[str, Any] = {
+    "inputs": {"referencePosition": lambda t: 0.25 + 0.04 * np.sin(9.0 * t), "externalForce": lambda t: 20.0 * t},
+    "stop": 0.2, "step": 1e-3, "outputs": ["position", "valveVoltage"], "record": ["integral", "positionError"],
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    "options", [{}, {"period": 3e-3, "every": 7}, {"period": 2e-3, "delay": 5e-3}, {"start": 0.7, "stop": 1.1}],
+    ids=["each step", "every third", "late", "another clock"],
+)  # fmt: skip
+def test_an_fmu_as_controller_has_the_bits_of_its_model(controller: str, options: dict[str, Any]) -> None:
+    gains = {"gain.velocity": 6.0}
+    own, packed = (
+        ps.Model().simulate({"position0": "250 mm"}, controller=(name, gains), **{**LOOP, **options})
+        for name in ("PositionController", controller)
+    )
+    for name in own:
+        assert own[name].tobytes() == packed[name].tobytes(), name
+    assert np.ptp(packed["integral"][1:]) > 0.0
+    # It is given back as it is at the end, and goes on alike.
+    for run in (own, packed):
+        run.controller.set({"position": 0.2})
+        run.controller.step(options.get("period", 1e-3))
+    assert own.controller["valveVoltage"] == packed.controller["valveVoltage"] != packed["valveVoltage"][-1]
+
+
+def test_loops_with_an_fmu_as_controller_run_on_all_cores(controller: str) -> None:
+    masses = {"mass.moving": np.linspace(0.8, 1.6, 6)}
+    own, packed = (
+        ps.Model().simulate_many(masses, controller=name, workers=workers, progress=False, **LOOP)
+        for name, workers in (("PositionController", 1), (controller, 3))
+    )
+    for name in LOOP["outputs"] + LOOP["record"]:
+        assert own[name].tobytes() == packed[name].tobytes(), name
+
+
+def test_what_an_fmu_as_controller_refuses_and_warns_of_is_told(controller: str) -> None:
+    plant, short = ps.Model(), {**LOOP, "inputs": {"referencePosition": 0.3}, "stop": 0.01}
+    with pytest.raises(ValueError, match=r"gain\.position = -1 .*is refused"):
+        plant.simulate(controller=(controller, {"gain.position": -1.0}), **short)
+    with pytest.raises(ValueError, match=r"referencePosition = nan"):
+        plant.simulate(
+            controller=controller, **{**short, "inputs": {"referencePosition": lambda t: 0.3 if t < 5e-3 else np.nan}}
+        )
+    with pytest.raises(ValueError, match=r"record: the controller has no variable eror"):
+        plant.simulate(controller=controller, **{**short, "record": ["eror"]})
+
+
+def test_settings_are_all_or_none(controller: str) -> None:
+    simulation = ps.Model(controller).start()
+    before = simulation["referencePosition"]
+    with pytest.raises(ValueError, match="is refused"):
+        simulation.set({"referencePosition": 0.123, "position": float("nan")})
+    assert simulation["referencePosition"] == before
+    simulation.set({"referencePosition": 0.123, "position": 0.2})
+    assert simulation["referencePosition"] == 0.123
