@@ -28,8 +28,12 @@ class Controller(Fmi2Slave):
             return True
 CLASS
 # FMI 3.0 wants a variable for the time, which the class registers itself.
-sed 's/pythonfmu/pythonfmu3/; s/Fmi2Slave, Real/Fmi2Slave, Fmi2Variability, Real/; s/Fmi2/Fmi3/g; s/Real/Float64/g; s/Controller/Controller3/
-/self.error, self.fault/a\        self.time = 0.0\n        independent = {"causality": Fmi3Causality.independent, "variability": Fmi3Variability.continuous}\n        self.register_variable(Float64("time", **independent))' two.py >three.py
+cat >time <<'LINES'
+        self.time = 0.0
+        self.register_variable(Float64("time", causality=Fmi3Causality.independent, variability=Fmi3Variability.continuous))
+LINES
+sed 's/pythonfmu/pythonfmu3/; s/Fmi2Slave, Real/Fmi2Slave, Fmi2Variability, Real/; s/Fmi2/Fmi3/g; s/Real/Float64/g; s/Controller/Controller3/' two.py |
+    sed '/self.error, self.fault/r time' >three.py
 pythonfmu build -f two.py --handle-state
 pythonfmu3 build -f three.py --handle-state
 python - <<'PROGRAM' 2>&1 | grep -v -e FATAL -e no.sensor
