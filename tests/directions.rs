@@ -299,23 +299,7 @@ fn closed_paths_give_no_work() {
         for difference in DIFFERENCES {
             for amplitude in [2e-6, 2e-5, 1e-3] {
                 let rig = Rig::cylinder(law).choose("motion", "Imposed").set("chamberA.pressure0", pressure);
-                let mut running = with(rig, difference).start().unwrap();
-                let (frequency, steps) = (5.0, 400);
-                let (mut work, mut before) = ([0.0; 4], [running.get("position"), running.get("frictionForce")]);
-                for step in 1..=4 * steps {
-                    let time = f64::from(step - 1) / (frequency * f64::from(steps));
-                    let [phase, rate] = [TAU * frequency * time, TAU * frequency];
-                    running.set("imposedPosition", 0.25 + amplitude * phase.sin());
-                    running.ramp(
-                        "imposedVelocity",
-                        amplitude * rate * phase.cos(),
-                        -amplitude * rate * rate * phase.sin(),
-                    );
-                    running.advance(f64::from(step) / (frequency * f64::from(steps))).unwrap();
-                    let now = [running.get("position"), running.get("frictionForce")];
-                    work[(step - 1) as usize / steps as usize] += 0.5 * (now[1] + before[1]) * (now[0] - before[0]);
-                    before = now;
-                }
+                let work = with(rig, difference).start().unwrap().work_of_closed_paths(amplitude);
                 // The first path begins with springs that hold nothing. A reversal within a step is counted half.
                 let rounding = 1e-3 * 20.0 * amplitude;
                 assert!(

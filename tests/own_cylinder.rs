@@ -186,6 +186,7 @@ fn balances_close_with_all_options() {
         let rig = rig.set("cylinder.rodA", 0.004).set("load.stiffness", 50.0).set("load.rest", 0.1);
         let rig = rig.set("friction.position.amplitude", 0.2).set("friction.kappaDifference", 1e-6);
         let rig = rig.set("friction.position.points", 2.0).set("friction.position.factor[2]", 1.5);
+        let rig = rig.set("friction.stribeckVelocity.kappaDriving", 2e-6).set("friction.viscous.kappaResisting", 1e-6);
         let mut running = rig.set("piston.leakage", 1e-16).set("position0", 0.45).start().unwrap();
         for step in 0..1000 {
             let time = f64::from(step) * 1e-3;

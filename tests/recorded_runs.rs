@@ -19,8 +19,16 @@ use cases::{Changes, cases, start};
 use pneumatic_servo::conformance::Random;
 
 const RECORD: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/recorded/runs.csv");
-/// Parameters by which friction differs by direction, which laws with springs refuse.
-const BY_DIRECTION: [&str; 3] = ["friction.direction.factor", "friction.kappaDriving", "friction.kappaResisting"];
+/// Parameters that some laws refuse: by which friction differs by direction, or its lubrication follows pressures.
+const REFUSED_BY_SOME: [&str; 7] = [
+    "friction.direction.factor",
+    "friction.kappaDriving",
+    "friction.kappaResisting",
+    "friction.stribeckVelocity.kappaDriving",
+    "friction.stribeckVelocity.kappaResisting",
+    "friction.viscous.kappaDriving",
+    "friction.viscous.kappaResisting",
+];
 const HEADER: &str = "model;changes;steps;rejected;jacobians;events;digest\n";
 
 #[test]
@@ -162,9 +170,8 @@ fn random_set(model: &'static Model, law: Option<i32>, name: &str, seed: u64) ->
             Kind::Integer => start + 1.0,
             Kind::Enumeration(of) => f64::from(of.items[(0.5 * (1.0 + by) * of.items.len() as f64) as usize].0),
         };
-        // Some laws refuse another friction by direction.
         let mut changed = setup.clone();
-        let is_refused = BY_DIRECTION.contains(&variable.name.as_str())
+        let is_refused = REFUSED_BY_SOME.contains(&variable.name.as_str())
             && (changed.change(&variable.name, value).is_err() || changed.start(0.0).is_err());
         if !is_refused && setup.change(&variable.name, value).is_ok() {
             changes.push((variable.name.as_str(), value));

@@ -2,6 +2,7 @@
 //! made. The laws of this library are one catalogue; another crate makes its own with [`laws!`](crate::laws).
 
 use super::law::{Contact, FrictionLaw};
+use super::lubrication::Lubrication;
 use crate::numbers::Scalar;
 
 /// The force of one law: a function of its own, so that a short law does not save the registers that a long one needs.
@@ -15,6 +16,20 @@ pub fn force<L: FrictionLaw, S: Scalar>(
     rates: &mut [S],
 ) -> S {
     law.force(contact, z, memory, rates)
+}
+
+/// The same under factors on Stribeck velocity and viscous friction.
+#[doc(hidden)]
+#[inline(never)]
+pub fn lubricated_force<L: FrictionLaw, S: Scalar>(
+    law: &L,
+    contact: &Contact<S>,
+    lubrication: Lubrication<S>,
+    z: &[S],
+    memory: &L::Memory<S::Held>,
+    rates: &mut [S],
+) -> S {
+    law.lubricated_force(contact, lubrication, z, memory, rates)
 }
 
 #[doc(hidden)]
@@ -125,7 +140,7 @@ macro_rules! law_items {
 
         const _: () = {
             use $crate::friction::law::NamedState;
-            use $crate::friction::{Contact, Drive, Event, FrictionLaw, Indicators, StateKind, Stiction};
+            use $crate::friction::{Contact, Drive, Event, FrictionLaw, Indicators, Lubrication, StateKind, Stiction};
             use $crate::system::Sample;
             use $crate::numbers::{Scalar, Varying};
             use $crate::variables::{Choice, Meaning, Notice, ParameterError, ParameterSet, Tunable, Variable};
@@ -228,6 +243,9 @@ macro_rules! law_items {
                 fn may_differ_by_direction(&self) -> bool {
                     of_law!(self, |law| law.may_differ_by_direction())
                 }
+                fn is_lubricated(&self) -> bool {
+                    of_law!(self, |law| law.is_lubricated())
+                }
                 fn sliding_direction<S: Varying>(memory: &Memory<S>) -> Option<f64> {
                     match memory { $(Memory::$law(memory) => <$type as FrictionLaw>::sliding_direction::<S>(memory)),* }
                 }
@@ -262,6 +280,18 @@ macro_rules! law_items {
                 fn force<S: Scalar>(&self, contact: &Contact<S>, z: &[S], memory: &Memory<S::Held>, rates: &mut [S]) -> S {
                     of_law!(self, memory, |law, memory| {
                         $crate::friction::catalogue::force(law, contact, z, memory, rates)
+                    })
+                }
+                fn lubricated_force<S: Scalar>(
+                    &self,
+                    contact: &Contact<S>,
+                    lubrication: Lubrication<S>,
+                    z: &[S],
+                    memory: &Memory<S::Held>,
+                    rates: &mut [S],
+                ) -> S {
+                    of_law!(self, memory, |law, memory| {
+                        $crate::friction::catalogue::lubricated_force(law, contact, lubrication, z, memory, rates)
                     })
                 }
                 fn relaxation<S: Varying>(&self, contact: &Contact<S>, state: [S; 2], memory: &Memory<S>) -> f64 {

@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use super::event::{Event, Indicators};
 use super::law::{Contact, Drive, FrictionLaw, MAX_STATES, StateKind, Stiction};
+use super::lubrication::Lubrication;
 use super::registry::Friction;
 use super::states::{self, Named};
 use crate::numbers::{Dual, Real, Scalar, Varying};
@@ -170,8 +171,37 @@ impl<L: FrictionLaw> FrictionContact<L> {
         self.law.force(contact, &x[self.range()], memory, &mut rates[self.range()])
     }
 
+    /// The friction force in N of the law in its own states, under factors on Stribeck velocity and viscous friction, if there are
+    /// any; writes the rates of the states.
+    #[inline(always)]
+    pub fn force_on<S: Scalar>(
+        &self,
+        contact: &Contact<S>,
+        lubrication: Option<Lubrication<S>>,
+        z: &[S],
+        memory: &L::Memory<S::Held>,
+        rates: &mut [S],
+    ) -> S {
+        match lubrication {
+            None => self.law.force(contact, z, memory, rates),
+            Some(lubrication) => self.law.lubricated_force(contact, lubrication, z, memory, rates),
+        }
+    }
+
     /// Outputs of the contact.
     pub fn observe<S: Scalar>(&self, contact: &Contact<S>, x: &[S], memory: &L::Memory<S::Held>) -> Observation<S> {
+        self.observe_on(contact, None, x, memory)
+    }
+
+    /// Outputs of the contact under factors on Stribeck velocity and viscous friction, if there are any.
+    #[inline(always)]
+    pub fn observe_on<S: Scalar>(
+        &self,
+        contact: &Contact<S>,
+        lubrication: Option<Lubrication<S>>,
+        x: &[S],
+        memory: &L::Memory<S::Held>,
+    ) -> Observation<S> {
         let mut observation = Observation {
             force: S::zero(),
             sticking: S::constant(f64::from(L::is_sticking::<S::Held>(memory))),
@@ -183,7 +213,7 @@ impl<L: FrictionLaw> FrictionContact<L> {
         };
         let states = &x[self.range()];
         observation.states[..self.count].copy_from_slice(states);
-        observation.force = self.law.force(contact, states, memory, &mut observation.rates[..self.count]);
+        observation.force = self.force_on(contact, lubrication, states, memory, &mut observation.rates[..self.count]);
         observation
     }
 

@@ -3,6 +3,7 @@
 use serde::{Serialize, de::DeserializeOwned};
 
 use super::event::{Event, Indicators};
+use super::lubrication::Lubrication;
 use crate::numbers::{Scalar, Varying};
 use crate::system::{Sample, references};
 use crate::variables::{Kind, Meaning, Notice, ParameterError, ParameterSet, Tunable, Unit, Variable};
@@ -252,6 +253,12 @@ pub trait FrictionLaw: ParameterSet {
         false
     }
 
+    /// Whether the law has a Stribeck velocity and a viscous friction that may be multiplied by factors, with a
+    /// [force](Self::lubricated_force) for it, and neither decides on its modes.
+    fn is_lubricated(&self) -> bool {
+        false
+    }
+
     /// Direction, +1 or -1, of a mode that slides: it decides the load factor beyond the velocity 0, where the mode is to end. Nothing at
     /// rest, or of a law without such modes.
     fn sliding_direction<S: Varying>(_memory: &Self::Memory<S>) -> Option<f64> {
@@ -333,6 +340,18 @@ pub trait FrictionLaw: ParameterSet {
     /// The friction force in N; writes the time derivatives of the continuous states, which are zero before. A number of the
     /// memory is taken into the equation by [`S::held`](Scalar::held).
     fn force<S: Scalar>(&self, contact: &Contact<S>, z: &[S], memory: &Self::Memory<S::Held>, rates: &mut [S]) -> S;
+
+    /// The same under factors on Stribeck velocity and viscous friction, of a law that [follows](Self::is_lubricated) them.
+    fn lubricated_force<S: Scalar>(
+        &self,
+        contact: &Contact<S>,
+        _lubrication: Lubrication<S>,
+        z: &[S],
+        memory: &Self::Memory<S::Held>,
+        rates: &mut [S],
+    ) -> S {
+        self.force(contact, z, memory, rates)
+    }
 
     /// Sets the event indicators that the present mode uses.
     fn indicators<S: Varying>(

@@ -11,6 +11,7 @@
 //! | [`contact`] | a law held by a model |
 //! | `law` | the trait of a law |
 //! | `event` | ends of the modes of a contact |
+//! | `lubrication` | pressures that change the Stribeck velocity and the viscous friction of a law |
 //! | `registry` | one line for each law |
 //! | [`laws`] | the laws, one file each |
 //! | `states` | the states of a contact as variables |
@@ -23,6 +24,7 @@ mod event;
 pub mod law;
 #[doc(hidden)]
 pub mod laws;
+mod lubrication;
 pub mod parts;
 mod registry;
 pub(crate) mod states;
@@ -31,5 +33,6 @@ mod trend;
 pub use contact::{FrictionContact, Observation};
 pub use event::{Event, Indicators};
 pub use law::{Contact, ContactLaw, Drive, FrictionLaw, LawState, MAX_STATES, StateKind, Stiction};
+pub use lubrication::Lubrication;
 pub use registry::{Friction, LAWS, Law, Memory};
 pub(crate) use trend::{OVERWHELMING, Trend};

@@ -3,6 +3,7 @@
 #![allow(dead_code, reason = "each test uses a part of it")]
 
 use std::collections::HashMap;
+use std::f64::consts::TAU;
 
 use pneumatic_servo::co_simulation::Simulation;
 use pneumatic_servo::model::{Model, Seeds, Start};
@@ -151,6 +152,25 @@ impl Running {
     pub fn get(&mut self, name: &str) -> f64 {
         self.simulation.values(&mut self.computed);
         self.computed[*self.places.get(name).unwrap_or_else(|| panic!("{name} is not computed"))]
+    }
+
+    /// Work in J that friction takes on each of four paths of a cylinder under an imposed motion: sines of an amplitude in m about the
+    /// middle of the stroke, at 5 Hz.
+    pub fn work_of_closed_paths(&mut self, amplitude: f64) -> [f64; 4] {
+        let (frequency, steps) = (5.0, 400);
+        let (mut work, mut before) = ([0.0; 4], [self.get("position"), self.get("frictionForce")]);
+        for step in 1..=4 * steps {
+            let time = f64::from(step - 1) / (frequency * f64::from(steps));
+            let [phase, rate] = [TAU * frequency * time, TAU * frequency];
+            self.set("imposedPosition", 0.25 + amplitude * phase.sin());
+            let [velocity, slope] = [amplitude * rate * phase.cos(), -amplitude * rate * rate * phase.sin()];
+            self.ramp("imposedVelocity", velocity, slope);
+            self.advance(f64::from(step) / (frequency * f64::from(steps))).unwrap();
+            let now = [self.get("position"), self.get("frictionForce")];
+            work[(step - 1) as usize / steps as usize] += 0.5 * (now[1] + before[1]) * (now[0] - before[0]);
+            before = now;
+        }
+        work
     }
 
     /// The simulation itself.

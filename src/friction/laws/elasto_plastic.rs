@@ -3,6 +3,7 @@
 use std::f64::consts::PI;
 
 use crate::friction::law::Contact;
+use crate::friction::lubrication::{Film, Lubrication, Rated};
 use crate::friction::parts::curve::StribeckCurve;
 use crate::friction::parts::fading::{divisor, fading_rate};
 use crate::friction::parts::one_bristle::BristleLaw;
@@ -61,6 +62,10 @@ impl BristleLaw for ElastoPlastic {
         true
     }
 
+    fn is_lubricated(&self) -> bool {
+        true
+    }
+
     fn is_non_stiff(&self) -> bool {
         self.curve.is_non_stiff()
     }
@@ -70,8 +75,25 @@ impl BristleLaw for ElastoPlastic {
     }
 
     fn force<S: Scalar>(&self, contact: &Contact<S>, z: S, _memory: &()) -> (S, S) {
+        self.force_on(contact, Rated, z)
+    }
+
+    fn lubricated_force<S: Scalar>(
+        &self,
+        contact: &Contact<S>,
+        lubrication: Lubrication<S>,
+        z: S,
+        _memory: &(),
+    ) -> (S, S) {
+        self.force_on(contact, lubrication, z)
+    }
+}
+
+impl ElastoPlastic {
+    #[inline(always)]
+    fn force_on<S: Scalar>(&self, contact: &Contact<S>, film: impl Film<S>, z: S) -> (S, S) {
         let v = contact.velocity;
-        let limit = self.curve.at(v.abs(), contact.level);
+        let limit = self.curve.at(film.on_curve(v.abs()), contact.level);
         let elastic_limit = contact.level * (self.elastic_ratio * self.curve.coulomb_force);
         let spring = z * self.stiffness;
         let along = spring * sign(v.value());
@@ -84,7 +106,7 @@ impl BristleLaw for ElastoPlastic {
             let most = along * along / divisor(limit);
             damped = if v.value() > 0.0 { damped.max(-most) } else { damped.min(most) };
         }
-        (spring + damped + v * self.viscous, rate + fading_rate(z, limit))
+        (spring + damped + film.viscous(v * self.viscous), rate + fading_rate(z, limit))
     }
 }
 

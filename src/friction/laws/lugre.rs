@@ -1,6 +1,7 @@
 //! The LuGre bristle.
 
 use crate::friction::law::Contact;
+use crate::friction::lubrication::{Film, Lubrication, Rated};
 use crate::friction::parts::curve::{StribeckCurve, faded};
 use crate::friction::parts::fading::{divisor, fading_rate};
 use crate::friction::parts::one_bristle::BristleLaw;
@@ -95,6 +96,10 @@ impl BristleLaw for LuGre {
         true
     }
 
+    fn is_lubricated(&self) -> bool {
+        true
+    }
+
     fn is_non_stiff(&self) -> bool {
         self.curve.is_non_stiff()
     }
@@ -108,10 +113,27 @@ impl BristleLaw for LuGre {
     }
 
     fn force<S: Scalar>(&self, contact: &Contact<S>, z: S, _memory: &()) -> (S, S) {
+        self.force_on(contact, Rated, z)
+    }
+
+    fn lubricated_force<S: Scalar>(
+        &self,
+        contact: &Contact<S>,
+        lubrication: Lubrication<S>,
+        z: S,
+        _memory: &(),
+    ) -> (S, S) {
+        self.force_on(contact, lubrication, z)
+    }
+}
+
+impl LuGre {
+    #[inline(always)]
+    fn force_on<S: Scalar>(&self, contact: &Contact<S>, film: impl Film<S>, z: S) -> (S, S) {
         let v = contact.velocity;
-        let limit = self.curve.at(v.abs(), contact.level);
+        let limit = self.curve.at(film.on_curve(v.abs()), contact.level);
         let rate = (v * limit - v.abs() * z * self.stiffness) / divisor(limit) + fading_rate(z, limit);
         let decay = self.damping_velocity.left(v);
-        (z * self.stiffness + decay * rate * self.damping + v * self.viscous, rate)
+        (z * self.stiffness + decay * rate * self.damping + film.viscous(v * self.viscous), rate)
     }
 }

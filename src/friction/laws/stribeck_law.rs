@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::friction::event::{Event, Indicators};
 use crate::friction::law::{Contact, Drive, FrictionLaw, Stiction};
+use crate::friction::lubrication::{Film, Lubrication, Rated};
 use crate::friction::parts::curve::StribeckCurve;
 use crate::friction::parts::parameters::{dwell_time, force, viscous};
 use crate::friction::parts::stick_slip::Mode;
@@ -74,6 +75,10 @@ impl FrictionLaw for Stribeck {
         true
     }
 
+    fn is_lubricated(&self) -> bool {
+        true
+    }
+
     fn sliding_direction<S: Varying>(memory: &Memory<S>) -> Option<f64> {
         memory.mode.direction()
     }
@@ -106,15 +111,18 @@ impl FrictionLaw for Stribeck {
     }
 
     fn force<S: Scalar>(&self, contact: &Contact<S>, _z: &[S], memory: &Memory<S::Held>, _rates: &mut [S]) -> S {
-        match memory.mode {
-            Mode::Stuck => {
-                let dwell = contact.time - S::held(memory.since);
-                Mode::holding_force(contact, self.break_away(contact.level, dwell))
-            }
-            Mode::Sliding(direction) => {
-                self.dry(contact.velocity.abs(), contact.level) * direction + contact.velocity * self.viscous
-            }
-        }
+        self.force_on(contact, Rated, memory)
+    }
+
+    fn lubricated_force<S: Scalar>(
+        &self,
+        contact: &Contact<S>,
+        lubrication: Lubrication<S>,
+        _z: &[S],
+        memory: &Memory<S::Held>,
+        _rates: &mut [S],
+    ) -> S {
+        self.force_on(contact, lubrication, memory)
     }
 
     fn indicators<S: Varying>(&self, contact: &Contact<S>, _z: &[S], memory: &Memory<S>, out: &mut Indicators<S>) {
@@ -150,6 +158,20 @@ impl FrictionLaw for Stribeck {
 }
 
 impl Stribeck {
+    #[inline(always)]
+    fn force_on<S: Scalar>(&self, contact: &Contact<S>, film: impl Film<S>, memory: &Memory<S::Held>) -> S {
+        match memory.mode {
+            Mode::Stuck => {
+                let dwell = contact.time - S::held(memory.since);
+                Mode::holding_force(contact, self.break_away(contact.level, dwell))
+            }
+            Mode::Sliding(direction) => {
+                let dry = self.dry(film.on_curve(contact.velocity.abs()), contact.level);
+                dry * direction + film.viscous(contact.velocity * self.viscous)
+            }
+        }
+    }
+
     /// Largest force in N that holds the mass after a time at rest in s.
     fn break_away<S: Scalar>(&self, level: S, dwell: S) -> S {
         let fresh = self.curve.static_force;

@@ -6,6 +6,7 @@ use serde::{Serialize, de::DeserializeOwned};
 
 use crate::friction::event::{Event, Indicators};
 use crate::friction::law::{Contact, Drive, FrictionLaw};
+use crate::friction::lubrication::Lubrication;
 use crate::numbers::{Dual, Scalar, Varying};
 use crate::variables::{Notice, ParameterError, ParameterSet};
 
@@ -41,6 +42,11 @@ pub trait BristleLaw: ParameterSet {
         false
     }
 
+    /// Whether Stribeck velocity and viscous friction may be multiplied by factors, with a [force](Self::lubricated_force) for it.
+    fn is_lubricated(&self) -> bool {
+        false
+    }
+
     /// Whether force and deflection change gently within a mode, but for a relaxation of the deflection.
     fn is_non_stiff(&self) -> bool {
         true
@@ -56,6 +62,17 @@ pub trait BristleLaw: ParameterSet {
 
     /// The friction force in N, and the rate of the deflection `z` in m/s.
     fn force<S: Scalar>(&self, contact: &Contact<S>, z: S, memory: &Self::Memory<S::Held>) -> (S, S);
+
+    /// The same under factors on Stribeck velocity and viscous friction, of a law that [follows](Self::is_lubricated) them.
+    fn lubricated_force<S: Scalar>(
+        &self,
+        contact: &Contact<S>,
+        _lubrication: Lubrication<S>,
+        z: S,
+        memory: &Self::Memory<S::Held>,
+    ) -> (S, S) {
+        self.force(contact, z, memory)
+    }
 
     /// Sets the event indicators that the present mode uses.
     fn indicators<S: Varying>(
@@ -108,6 +125,10 @@ impl<L: BristleLaw> FrictionLaw for OneBristle<L> {
         self.0.may_differ_by_direction()
     }
 
+    fn is_lubricated(&self) -> bool {
+        self.0.is_lubricated()
+    }
+
     fn is_non_stiff(&self) -> bool {
         self.0.is_non_stiff()
     }
@@ -135,6 +156,19 @@ impl<L: BristleLaw> FrictionLaw for OneBristle<L> {
 
     fn force<S: Scalar>(&self, contact: &Contact<S>, z: &[S], memory: &L::Memory<S::Held>, rates: &mut [S]) -> S {
         let (force, rate) = self.0.force(contact, z[0], memory);
+        rates[0] = rate;
+        force
+    }
+
+    fn lubricated_force<S: Scalar>(
+        &self,
+        contact: &Contact<S>,
+        lubrication: Lubrication<S>,
+        z: &[S],
+        memory: &L::Memory<S::Held>,
+        rates: &mut [S],
+    ) -> S {
+        let (force, rate) = self.0.lubricated_force(contact, lubrication, z[0], memory);
         rates[0] = rate;
         force
     }

@@ -51,6 +51,8 @@ pub struct PneumaticServoCylinder<L = Friction, A = Actuator, const EXTENDED: bo
     pub(super) friction: FrictionContact<L>,
     /// Whether friction has another level outwards than inwards.
     pub(super) has_directed_level: bool,
+    /// Whether Stribeck velocity or viscous friction follow the pressures.
+    pub(super) is_lubricated: bool,
     /// Whether some viscous friction acts in one direction alone.
     pub(super) has_one_way_damping: bool,
     /// Whether friction varies along the stroke.
@@ -140,6 +142,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
             longest_coupled,
             friction,
             has_directed_level: options.differs_by_direction(),
+            is_lubricated: options.lubricating().is_some(),
             has_one_way_damping: options.one_way_damping.is_used(),
             has_waviness: options.waviness.is_used(),
             profile: options.profile(),
@@ -199,6 +202,11 @@ impl<L: FrictionLaw, A: Actuating> Parts<L, A> {
             let reason = "under this friction law springs would give back more than they took; it needs a law without springs, such as \
                           Stribeck or Table, or one whose bristles bend at a stiffness of their own: Dahl, LuGre, RevisedLuGre, \
                           ElastoPlastic";
+            return Err(ParameterError::new(name, value, reason));
+        }
+        if let Some((name, value)) = options.lubricating().filter(|_| !friction.is_lubricated()) {
+            let reason = "this friction law has no Stribeck velocity beside a viscous friction that may follow the pressures; \
+                          Stribeck, LuGre, RevisedLuGre and ElastoPlastic have";
             return Err(ParameterError::new(name, value, reason));
         }
         Ok(Self { parameters, options, sensors, actuator: A::new(actuator)?, friction })

@@ -19,7 +19,7 @@ use super::sensors;
 use super::sensors::{COUNT, Memory, Sensors};
 use super::states::{Inputs, MOST, PRESSURE_A, PRESSURE_B, State, TEMPERATURE_A, TEMPERATURE_B, of_actuator};
 use super::variables::{ByPart, Outputs};
-use crate::friction::{Contact, FrictionLaw, OVERWHELMING, Observation, Trend, states};
+use crate::friction::{Contact, FrictionLaw, Lubrication, OVERWHELMING, Observation, Trend, states};
 use crate::numbers::{Number, Pair, Real, Scalar, Varying};
 use crate::pneumatics::actuator::{Actuating, Ports, STATES};
 use crate::pneumatics::chamber::{ChamberRates, Thermal};
@@ -219,7 +219,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
     /// The load factor `lambda` of both directions, or of a motion or a push towards the side of a number.
     #[inline(always)]
     fn load_level<S: Scalar>(&self, x: &[S], towards: Option<f64>) -> S {
-        let [excess_a, excess_b] = [PRESSURE_A, PRESSURE_B].map(|place| x[place] - self.p.ambient_pressure);
+        let [excess_a, excess_b] = self.excess_pressures(x);
         let level = excess_a * self.p.kappa_a + excess_b * self.p.kappa_b + 1.0;
         if !EXTENDED {
             return level.max(S::zero());
@@ -300,6 +300,48 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
         if EXTENDED && self.has_directed_level { L::sliding_direction::<S>(memory) } else { None }
     }
 
+    /// Factors of the pressures on Stribeck velocity and viscous friction, if these follow them.
+    #[inline(always)]
+    fn lubrication<S: Scalar>(
+        &self,
+        contact: &Contact<S>,
+        x: &[S],
+        memory: &L::Memory<S::Held>,
+    ) -> Option<Lubrication<S>> {
+        (EXTENDED && self.is_lubricated).then(|| {
+            let towards = L::sliding_direction::<S::Held>(memory).unwrap_or(contact.velocity.value());
+            self.options.lubrication(self.excess_pressures(x), towards)
+        })
+    }
+
+    /// Refuses pressures at which the Stribeck velocity or the viscous friction falls to 0 in either direction.
+    pub(super) fn admit_lubrication(&self, x: &[f64]) -> Result<(), &'static str> {
+        if !(EXTENDED && self.is_lubricated) {
+            return Ok(());
+        }
+        let excess = [PRESSURE_A, PRESSURE_B].map(|place| Real::of(x[place]) - self.p.ambient_pressure);
+        [1.0, -1.0].into_iter().try_for_each(|towards| {
+            let factors = self.options.lubrication(excess, towards);
+            match [factors.stribeck_velocity, factors.viscous].map(|factor| factor.value > 0.0) {
+                [true, true] => Ok(()),
+                [false, _] => {
+                    Err("by friction.stribeckVelocity.kappaDriving and .kappaResisting the Stribeck velocity \
+                                   falls to 0 at the pressures of the chambers")
+                }
+                [_, false] => {
+                    Err("by friction.viscous.kappaDriving and .kappaResisting the viscous friction falls to 0 \
+                                   at the pressures of the chambers")
+                }
+            }
+        })
+    }
+
+    /// Pressures above ambient in Pa in both chambers.
+    #[inline(always)]
+    fn excess_pressures<S: Scalar>(&self, x: &[S]) -> [S; 2] {
+        [PRESSURE_A, PRESSURE_B].map(|place| x[place] - self.p.ambient_pressure)
+    }
+
     /// The least and the largest friction force in N that a carriage can ask for which moves as imposed: a range where a
     /// set-valued law has it at rest.
     pub(super) fn friction_limits<S: Scalar>(
@@ -324,7 +366,9 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
     /// Friction force in N of the contact, with viscous friction that acts in one direction alone.
     #[inline(always)]
     pub(super) fn friction_force<S: Scalar>(&self, contact: &Contact<S>, x: &[S], memory: &L::Memory<S::Held>) -> S {
-        let force = self.friction.force(contact, x, memory, &mut [S::zero(); MOST]);
+        let (lubrication, bristles) = (self.lubrication(contact, x, memory), self.friction.range());
+        let rates = &mut [S::zero(); MOST][bristles.clone()];
+        let force = self.friction.force_on(contact, lubrication, &x[bristles], memory, rates);
         self.with_one_way_friction(force, contact, memory)
     }
 
@@ -365,7 +409,8 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
     ) -> [S; 3] {
         let rate = self.rate(time, x, u, memory);
         let contact = self.contact(time, x, u, rate, self.sliding(&memory.friction), &memory.motion);
-        let force = self.friction.law().force(&contact, bristles, &memory.friction, bristle_rates);
+        let lubrication = self.lubrication(&contact, x, &memory.friction);
+        let force = self.friction.force_on(&contact, lubrication, bristles, &memory.friction, bristle_rates);
         let force = self.with_one_way_friction(force, &contact, &memory.friction);
         [rate, self.acceleration(&contact, force, &memory.motion), force]
     }
@@ -765,7 +810,8 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
     ) {
         let (position, rate) = (State::Position.get(x), self.rate(time, x, u, memory));
         let contact = self.contact(time, x, u, rate, self.sliding(&memory.friction), &memory.motion);
-        let mut friction = self.friction.observe(&contact, x, &memory.friction);
+        let lubrication = self.lubrication(&contact, x, &memory.friction);
+        let mut friction = self.friction.observe_on(&contact, lubrication, x, &memory.friction);
         friction.force = self.with_one_way_friction(friction.force, &contact, &memory.friction);
         let acceleration = friction.unless_held(self.acceleration(&contact, friction.force, &memory.motion));
         let quantities = self.measured(time, x, u, [acceleration, friction.force], (&memory.friction, &memory.motion));

@@ -7,6 +7,7 @@ use std::f64::consts::TAU;
 
 use super::ends::EndSwitches;
 use super::motion::{Guidance, Motion};
+use crate::friction::Lubrication;
 use crate::numbers::{MonotoneCurve, Pair, STILL, Scalar, Tangent};
 use crate::pneumatics::gas::Gas;
 use crate::pneumatics::hose::Hose;
@@ -105,6 +106,10 @@ parameters! {
             .text("Viscous friction in one direction alone, added to the law: outwards if positive, inwards with its magnitude if negative");
         kappa_driving: Fixed = kappa_of_role(1238, "friction.kappaDriving", "that drives: A outwards, B inwards");
         kappa_resisting: Fixed = kappa_of_role(1239, "friction.kappaResisting", "that resists: B outwards, A inwards");
+        stribeck_by_driving: Fixed = kappa_of_film(1290, "stribeckVelocity.kappaDriving", "Stribeck velocity", "that drives: A outwards, B inwards");
+        stribeck_by_resisting: Fixed = kappa_of_film(1291, "stribeckVelocity.kappaResisting", "Stribeck velocity", "that resists: B outwards, A inwards");
+        viscous_by_driving: Fixed = kappa_of_film(1292, "viscous.kappaDriving", "viscous friction coefficient", "that drives: A outwards, B inwards");
+        viscous_by_resisting: Fixed = kappa_of_film(1293, "viscous.kappaResisting", "viscous friction coefficient", "that resists: B outwards, A inwards");
         profile_points: usize = Variable::count(1270, "friction.position.points", 0).range(0.0, PROFILE_POINTS as f64)
             .text("Number of points of a table of the load factor along the stroke, which multiplies it beside the sine: worn or dirty parts of a barrel; 0: none, else at least 2");
         profile_positions: [Fixed; PROFILE_POINTS] = counted_by("friction.position.points", Variable::parameter(1271, "friction.position.at", units::METRE, 0.0).range(-10.0, 10.0).plausible(-0.1, 5.0).shown_in("mm")
@@ -151,6 +156,13 @@ fn kappa_of_role(reference: u32, name: &str, chamber: &str) -> Variable {
     ))
 }
 
+fn kappa_of_film(reference: u32, name: &str, what: &str, chamber: &str) -> Variable {
+    let kappa = Variable::parameter(reference, &format!("friction.{name}"), units::PER_PASCAL, 0.0).range(-1e-3, 1e-3);
+    kappa.nominal(1e-6).shown_in("1/bar").text(&format!(
+        "Increase of the {what}, as a fraction of that of the law, per pressure above ambient of the chamber {chamber}"
+    ))
+}
+
 fn leak(reference: u32, chamber: &str) -> Variable {
     let leak =
         Variable::parameter(reference, &format!("chamber{chamber}.leakage"), units::CUBIC_METRE_PER_SECOND_PASCAL, 0.0);
@@ -179,6 +191,11 @@ fn throttle(reference: u32, chamber: &str) -> Variable {
         .text(&format!("Sonic conductance of a one-way flow control at chamber {chamber}; 0: none. Without a hose it is screwed into the port, behind a passage of 50 mm with hose{chamber}.diameter"))
 }
 
+/// What chambers A and B have, of the one that drives and of the one that resists, for a motion or a push towards the side of a number.
+fn by_roles<S>([a, b]: [S; 2], towards: f64) -> [S; 2] {
+    if towards > 0.0 { [a, b] } else { [b, a] }
+}
+
 impl Options {
     /// Whether any equation differs from the plain cylinder's, which has no options.
     pub fn are_used(&self) -> bool {
@@ -189,7 +206,7 @@ impl Options {
         let lines = lines.chain(self.quick_exhausts());
         let is_chosen = self.opens().contains(&true) || counts_supply || self.differs_by_direction();
         let is_chosen = is_chosen || self.motion != Motion::Free || self.end_switches.are_used();
-        let is_chosen = is_chosen || self.profile_points > 0;
+        let is_chosen = is_chosen || self.profile_points > 0 || self.lubricating().is_some();
         is_chosen
             || self.has_another_gas()
             || [spring_stiffness, kappa_difference, waviness, self.one_way_damping]
@@ -210,6 +227,17 @@ impl Options {
         let role = roles.into_iter().find(|(_, kappa)| kappa.is_used());
         let factor = (factor != 1.0 || factor.slopes != STILL).then_some(("friction.direction.factor", factor));
         factor.or(role).map(|(name, value)| (name, value.value))
+    }
+
+    /// The first parameter by which the pressures change Stribeck velocity or viscous friction, and its value.
+    pub fn lubricating(&self) -> Option<(&'static str, f64)> {
+        let kappas = [
+            ("friction.stribeckVelocity.kappaDriving", self.stribeck_by_driving),
+            ("friction.stribeckVelocity.kappaResisting", self.stribeck_by_resisting),
+            ("friction.viscous.kappaDriving", self.viscous_by_driving),
+            ("friction.viscous.kappaResisting", self.viscous_by_resisting),
+        ];
+        kappas.into_iter().find(|(_, kappa)| kappa.is_used()).map(|(name, kappa)| (name, kappa.value))
     }
 
     /// Factor of the load factor over the position in m, where the barrel has a table of it.
@@ -339,9 +367,18 @@ impl Options {
 
     /// Increase of the load factor by the pressures above ambient of the chamber that drives and of the one that resists, for a
     /// motion or a push towards the side of a number.
-    pub fn added_by_roles<S: Scalar>(&self, [excess_a, excess_b]: [S; 2], towards: f64) -> S {
-        let [driving, resisting] = if towards > 0.0 { [excess_a, excess_b] } else { [excess_b, excess_a] };
+    pub fn added_by_roles<S: Scalar>(&self, excess: [S; 2], towards: f64) -> S {
+        let [driving, resisting] = by_roles(excess, towards);
         driving * self.kappa_driving + resisting * self.kappa_resisting
+    }
+
+    /// Factors on Stribeck velocity and viscous friction by the pressures above ambient, of a motion towards the side of a number.
+    pub fn lubrication<S: Scalar>(&self, excess: [S; 2], towards: f64) -> Lubrication<S> {
+        let [driving, resisting] = by_roles(excess, towards);
+        Lubrication {
+            stribeck_velocity: driving * self.stribeck_by_driving + resisting * self.stribeck_by_resisting + 1.0,
+            viscous: driving * self.viscous_by_driving + resisting * self.viscous_by_resisting + 1.0,
+        }
     }
 
     /// Friction level towards the side of a number, relative to the level inwards.

@@ -323,7 +323,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool, const U: usize> System<
         if EXTENDED && self.lines.are_used() && !self.lines.are_filled(&x[self.first_of_lines(N)..]) {
             return Err("the pressure in a hose or in the vessel falls to 0");
         }
-        Ok(())
+        self.admit_lubrication(x)
     }
 
     fn limits<const N: usize>(&self) -> [Limits; N] {
