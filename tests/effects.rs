@@ -124,6 +124,11 @@ fn law_of(table: &Table, parameter: &str) -> Option<(&'static str, f64)> {
     law.map(|(id, ..)| ("friction.law", f64::from(*id)))
 }
 
+/// A mass that sticks and slips under a law whose break-away force grows at rest.
+fn resting(growth: &'static str) -> Vec<Changes> {
+    vec![vec![("mass", 0.02), ("spring.stiffness", 2e3), (growth, 0.5)]]
+}
+
 /// Conditions under which parameters of a law have an effect.
 fn of_laws(group: &str) -> Vec<Changes> {
     match group {
@@ -136,6 +141,9 @@ fn of_laws(group: &str) -> Vec<Changes> {
             ("friction.stribeck.FsInf", 6.0),
             ("friction.stribeck.sigma2", 0.0),
         ]],
+        "coulomb" => resting("friction.coulomb.restGrowth"),
+        "coulombStiction" => resting("friction.coulombStiction.restGrowth"),
+        "polito" => resting("friction.polito.restGrowth"),
         "gms" => {
             const SHARES: [&str; 6] = [
                 "friction.gms.alpha[5]",
@@ -180,7 +188,7 @@ fn of_laws(group: &str) -> Vec<Changes> {
             let last = [("friction.table.outwards.force[11]", 9.0), ("friction.table.inwards.force[11]", 9.0)];
             let at =
                 |velocity| [&spread[..], &last, &[("bench.drive", PRESCRIBED), ("driveVelocity", velocity)]].concat();
-            [0.0, 0.08, -0.08, 0.13, -0.13].map(at).to_vec()
+            [0.0, 0.08, -0.08, 0.13, -0.13].map(at).into_iter().chain(resting("friction.table.restGrowth")).collect()
         }
         "dnlrx" => {
             // Springs and their coefficients need each other.

@@ -6,10 +6,26 @@ mod rig;
 use bounds::close;
 use rig::{Rig, Running};
 
-/// A free mass under the Stribeck law, with 11 N of static friction and 8.3 N of Coulomb friction.
-fn free(values: &[(&str, f64)]) -> Running {
-    let rig = Rig::bench("Stribeck", "Free").set("friction.stribeck.gamma", 0.5);
+/// Laws whose break-away force grows at rest, with the parameter that says so and its value, and the force in N at once and after a long
+/// rest.
+const GROWING: [(&str, &str, f64, [f64; 2]); 5] = [
+    ("Stribeck", "friction.stribeck.FsInf", 16.0, [11.0, 16.0]),
+    ("Coulomb", "friction.coulomb.restGrowth", 0.5, [8.3, 12.45]),
+    ("CoulombStiction", "friction.coulombStiction.restGrowth", 0.2, [11.0, 13.2]),
+    ("Polito", "friction.polito.restGrowth", 0.5, [10.8, 16.2]),
+    ("Table", "friction.table.restGrowth", 1.0, [11.0, 22.0]),
+];
+
+/// A free mass under a law.
+fn free(law: &str, values: &[(&str, f64)]) -> Running {
+    let rig = Rig::bench(law, "Free");
     values.iter().fold(rig, |rig, (name, value)| rig.set(name, *value)).start().unwrap()
+}
+
+/// The same under a law that grows, half of it in half a second.
+fn growing((law, name, value, _): (&str, &str, f64, [f64; 2])) -> Running {
+    let (group, _) = name.rsplit_once('.').expect("a group");
+    free(law, &[(name, value), (&format!("{group}.gamma"), 0.5)])
 }
 
 /// Whether a force is held, from a time in s on; a microsecond tells.
@@ -22,21 +38,26 @@ fn holds(run: &mut Running, force: f64, time: f64) -> bool {
 /// A force that rises by 100 N/s meets the static friction of a contact that has rested for ever.
 #[test]
 fn first_break_away_is_that_of_a_long_rest() {
-    let mut run = free(&[("friction.stribeck.FsInf", 16.0)]);
-    run.ramp("appliedForce", 0.0, 100.0);
-    run.advance(0.16 - 1e-9).unwrap();
-    assert_eq!((run.get("sticking"), run.get("position")), (1.0, 0.0));
-    run.ramp("appliedForce", 16.0 - 1e-7, 100.0);
-    run.advance(0.16 + 1e-6).unwrap();
-    assert!(run.get("sticking") == 0.0 && run.get("velocity") > 0.0);
+    for growth in GROWING {
+        let (law, .., [_, rested]) = growth;
+        let mut run = growing(growth);
+        run.ramp("appliedForce", 0.0, 100.0);
+        let time = rested / 100.0;
+        run.advance(time - 1e-9).unwrap();
+        assert_eq!((run.get("sticking"), run.get("position")), (1.0, 0.0), "{law}");
+        run.ramp("appliedForce", rested - 1e-7, 100.0);
+        run.advance(time + 1e-6).unwrap();
+        assert!(run.get("sticking") == 0.0 && run.get("velocity") > 0.0, "{law}");
+    }
 }
 
-/// `F_s(t) = 11 + 5*t/(t + 0.5)`. The rest begins within 10 us of where the steps see it, in which it grows by 0.1 mN.
+/// `F(t) = F + (F_inf - F)*t/(t + 0.5)`. The rest begins within 10 us of where the steps see it, in which it grows by 0.2 mN.
 #[test]
 fn later_break_away_grows_with_the_time_at_rest() {
-    for rest in [0.01, 0.5, 1.0, 20.0] {
-        let mut run = free(&[("friction.stribeck.FsInf", 16.0)]);
-        assert!(!holds(&mut run, 20.0, 0.0));
+    for (growth, rest) in GROWING.into_iter().flat_map(|growth| [0.01, 0.5, 1.0, 20.0].map(|rest| (growth, rest))) {
+        let (law, .., [fresh, rested]) = growth;
+        let mut run = growing(growth);
+        assert!(!holds(&mut run, 25.0, 0.0));
         run.set("appliedForce", -3.0);
         let mut time = 1e-6;
         while run.get("sticking") == 0.0 {
@@ -46,17 +67,19 @@ fn later_break_away_grows_with_the_time_at_rest() {
         run.set("appliedForce", 0.0);
         time += rest;
         run.advance(time).unwrap();
-        let expected = 11.0 + 5.0 * rest / (rest + 0.5);
-        assert!(holds(&mut run, expected - 1e-3, time), "{expected} N after {rest} s");
-        assert!(!holds(&mut run, expected + 1e-3, time + 2e-6), "{expected} N after {rest} s");
+        let expected = fresh + (rested - fresh) * rest / (rest + 0.5);
+        assert!(holds(&mut run, expected - 1e-3, time), "{law}: {expected} N after {rest} s");
+        assert!(!holds(&mut run, expected + 1e-3, time + 2e-6), "{law}: {expected} N after {rest} s");
         // After a slip the mass slides at once as if it had never rested.
         let speed = run.get("velocity");
-        close(
-            run.get("frictionForce"),
-            8.3 + 2.7 * (-(speed / 0.01).powi(2)).exp() + 30.0 * speed,
-            1e-13,
-            "later break away grows with the time at rest",
-        );
+        let coulomb = if law == "Polito" { 7.8 } else { 8.3 };
+        let sliding = match law {
+            "Coulomb" | "CoulombStiction" => coulomb,
+            // The table has points of this curve.
+            _ => coulomb + (fresh - coulomb) * (-(speed / 0.01).powi(2)).exp(),
+        };
+        let viscous = if law == "Polito" { 33.0 } else { 30.0 };
+        close(run.get("frictionForce"), sliding + viscous * speed, if law == "Table" { 1e-5 } else { 1e-13 }, law);
     }
 }
 
@@ -65,7 +88,7 @@ fn later_break_away_grows_with_the_time_at_rest() {
 #[test]
 fn static_friction_grows_with_the_load_at_its_own_pace() {
     for (ratio, expected) in [(0.0, 1.5 * 8.3), (0.5, 13.75), (1.0, 16.5), (2.0, 22.0)] {
-        let mut run = free(&[("friction.stribeck.kappaRatio", ratio), ("friction.level", 1.5)]);
+        let mut run = free("Stribeck", &[("friction.stribeck.kappaRatio", ratio), ("friction.level", 1.5)]);
         assert!(holds(&mut run, expected - 1e-6, 0.0) && !holds(&mut run, expected + 1e-6, 2e-6), "ratio {ratio}");
         let drive = Rig::bench("Stribeck", "PrescribedMotion").set("friction.stribeck.kappaRatio", ratio);
         let mut run = drive.set("friction.level", 1.5).set("driveVelocity", 1.0).start().unwrap();
@@ -78,21 +101,23 @@ fn static_friction_grows_with_the_load_at_its_own_pace() {
 /// Saved in the middle of a rest, a run goes on to the same break-away.
 #[test]
 fn saved_rest_goes_on() {
-    let mut run = free(&[("friction.stribeck.FsInf", 16.0)]);
-    assert!(!holds(&mut run, 20.0, 0.0));
-    run.set("appliedForce", -3.0);
-    run.advance(0.3).unwrap();
-    assert_eq!(run.get("sticking"), 1.0);
-    let saved = run.simulation().save();
-    let broken = |run: &mut Running| {
-        run.ramp("appliedForce", 0.0, 20.0);
-        run.advance(1.3).unwrap();
-        ["position", "velocity"].map(|name| run.get(name).to_bits())
-    };
-    let first = broken(&mut run);
-    assert_ne!(first[1], 0);
-    run.simulation().restore(&saved).unwrap();
-    assert_eq!(broken(&mut run), first);
+    for growth in GROWING {
+        let mut run = growing(growth);
+        assert!(!holds(&mut run, 25.0, 0.0));
+        run.set("appliedForce", -3.0);
+        run.advance(0.3).unwrap();
+        assert_eq!(run.get("sticking"), 1.0);
+        let saved = run.simulation().save();
+        let broken = |run: &mut Running| {
+            run.ramp("appliedForce", 0.0, 20.0);
+            run.advance(1.3).unwrap();
+            ["position", "velocity"].map(|name| run.get(name).to_bits())
+        };
+        let first = broken(&mut run);
+        assert_ne!(first[1], 0);
+        run.simulation().restore(&saved).unwrap();
+        assert_eq!(broken(&mut run), first);
+    }
 }
 
 #[test]

@@ -40,9 +40,8 @@ fn by_parameter(table: &Table, place: usize, differentiate: impl Fn(Direction, &
 }
 
 /// Parameters that act through events and discrete states alone: while neither changes, the derivative is 0.
-const WITHOUT_DERIVATIVES: [&str; 10] = [
+const WITHOUT_DERIVATIVES: [&str; 8] = [
     "friction.armstrong.FsInf",
-    "friction.armstrong.gamma",
     "friction.bristle.deltaS",
     "friction.bristle.window",
     "friction.coulombStiction.Fs",
@@ -50,8 +49,12 @@ const WITHOUT_DERIVATIVES: [&str; 10] = [
     "friction.karnopp.DV",
     "friction.stickSlipSpring.Fs",
     "friction.stribeck.FsInf",
-    "friction.stribeck.gamma",
 ];
+
+/// Growth of the break-away force with the time at rest: so does it.
+fn is_of_rest(name: &str) -> bool {
+    name.starts_with("friction.") && [".restGrowth", ".gamma"].iter().any(|end| name.ends_with(end))
+}
 
 /// Elements beyond the four in use.
 fn is_unused(name: &str) -> bool {
@@ -74,7 +77,8 @@ fn derivatives_by_parameters_match_differences() {
         names.extend(model.table().parameters().filter(|it| is_tunable(it)).map(|variable| variable.name.as_str()));
     }
     assert!(found.wrong.is_empty(), "{} differ: {:#?}", found.wrong.len(), &found.wrong[..found.wrong.len().min(20)]);
-    let has_none = |name: &&str| WITHOUT_DERIVATIVES.iter().any(|prefix| name.starts_with(prefix)) || is_unused(name);
+    let is_stated = |name: &str| WITHOUT_DERIVATIVES.iter().any(|prefix| name.starts_with(prefix));
+    let has_none = |name: &&str| is_stated(name) || is_of_rest(name) || is_unused(name);
     let without: BTreeSet<_> = names.iter().copied().filter(has_none).collect();
     let effective: BTreeSet<_> = found.effective.into_iter().filter(|name| names.contains(name)).collect();
     // A run passes the speeds of some points of a table only.

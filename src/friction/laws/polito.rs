@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 use crate::friction::event::{Event, Indicators};
 use crate::friction::law::{Contact, Drive, FrictionLaw, Stiction};
 use crate::friction::parts::curve::StribeckCurve;
+use crate::friction::parts::dwell::{Dwell, Resting};
 use crate::friction::parts::parameters::{check_forces, damping, exponent, force, static_force, stribeck_velocity};
 use crate::friction::parts::stick_slip::Mode;
 use crate::numbers::{Scalar, Varying};
@@ -15,7 +16,7 @@ parameters! {
     /// Polito friction, set-valued at rest; for `v > 0` (odd in `v`):
     ///
     /// ```text
-    /// stuck:          v = 0, F = F_applied   while |F_applied| <= lambda*F_s
+    /// stuck:          v = 0, F = F_applied   while |F_applied| <= lambda*F_s*(1 + restGrowth*t/(t + gamma))
     /// accelerating:   F = F1(v) = lambda*(F_c1 + (F_s - F_c1)*exp(-(v/v_s)^delta)) + c1*v   [N]
     /// decelerating:   F = F2(v) = lambda*F_c2 + c2*v                                        [N]
     /// ```
@@ -23,7 +24,8 @@ parameters! {
     /// Which branch holds depends on the acceleration, which depends on the branch. Where `F2 <= F1` exactly one choice
     /// is consistent: accelerating for `F_applied > F1`, decelerating for `F_applied < F2`, and in between the speed is
     /// constant and friction balances the applied force. Where `F1 < F2` both branches can be consistent; the one in
-    /// force is kept until it is not. Sliding starts on the accelerating branch.
+    /// force is kept until it is not. Sliding starts on the accelerating branch. The source does not say how break-away grows with the
+    /// time `t` at rest; by default it does not.
     ///
     /// # Validity
     /// In the band of forces between `F2` and `F1`, 3 N wide at rest with the defaults, the mass keeps its speed: where the
@@ -43,6 +45,7 @@ parameters! {
         decelerating_coulomb: Tunable = force(5, "Fc2", 7.8).meaning(Meaning::CoulombFriction).text("Coulomb friction at decreasing speed");
         accelerating_viscous: Tunable = damping(6, "c1", 33.0).meaning(Meaning::ViscousFriction).text("Viscous friction coefficient at increasing speed");
         decelerating_viscous: Tunable = damping(7, "c2", 25.0).meaning(Meaning::ViscousFriction).text("Viscous friction coefficient at decreasing speed");
+        dwell: Dwell = Dwell::variables();
     }
 }
 
@@ -59,13 +62,13 @@ pub enum Branch {
 
 /// Stuck or sliding, and the branch (kept while stuck, without meaning).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Memory {
-    mode: Mode,
+pub struct Memory<S> {
+    rest: Resting<S>,
     branch: Branch,
 }
 
 impl FrictionLaw for Polito {
-    type Memory<S: Varying> = Memory;
+    type Memory<S: Varying> = Memory<S>;
 
     fn stiction(&self) -> Stiction {
         Stiction::Exact
@@ -79,8 +82,8 @@ impl FrictionLaw for Polito {
         true
     }
 
-    fn sliding_direction<S: Varying>(memory: &Memory) -> Option<f64> {
-        memory.mode.direction()
+    fn sliding_direction<S: Varying>(memory: &Memory<S>) -> Option<f64> {
+        memory.rest.mode.direction()
     }
 
     fn events(&self) -> &'static [Event] {
@@ -100,25 +103,27 @@ impl FrictionLaw for Polito {
         self.accelerating.is_non_stiff()
     }
 
-    fn start<S: Varying>(&self, contact: &Contact<S>) -> Memory {
-        Memory {
-            mode: Mode::at(contact, contact.velocity, self.break_away(contact.level)),
-            branch: Branch::Accelerating,
-        }
+    fn start<S: Varying>(&self, contact: &Contact<S>) -> Memory<S> {
+        let rest = Resting::start(contact, |dwell| self.break_away(contact.level, || dwell));
+        Memory { rest, branch: Branch::Accelerating }
     }
 
-    fn force<S: Scalar>(&self, contact: &Contact<S>, _z: &[S], memory: &Memory, _rates: &mut [S]) -> S {
-        match (memory.mode, memory.branch) {
-            (Mode::Stuck, _) => Mode::holding_force(contact, self.break_away(contact.level)),
+    fn force<S: Scalar>(&self, contact: &Contact<S>, _z: &[S], memory: &Memory<S::Held>, _rates: &mut [S]) -> S {
+        match (memory.rest.mode, memory.branch) {
+            (Mode::Stuck, _) => {
+                let dwell = || contact.time - S::held(memory.rest.since);
+                Mode::holding_force(contact, self.break_away(contact.level, dwell))
+            }
             (Mode::Sliding(direction), Branch::Accelerating) => self.rising(contact, direction) * direction,
             (Mode::Sliding(_), Branch::Steady) => contact.applied,
             (Mode::Sliding(direction), Branch::Decelerating) => self.falling(contact, direction) * direction,
         }
     }
 
-    fn indicators<S: Varying>(&self, contact: &Contact<S>, _z: &[S], memory: &Memory, out: &mut Indicators<S>) {
-        memory.mode.indicators(contact, || self.break_away(contact.level), out);
-        if let (Mode::Sliding(direction), Drive::Force) = (memory.mode, contact.drive) {
+    fn indicators<S: Varying>(&self, contact: &Contact<S>, _z: &[S], memory: &Memory<S>, out: &mut Indicators<S>) {
+        let dwell = || contact.time - memory.rest.since;
+        memory.rest.mode.indicators(contact, || self.break_away(contact.level, dwell), out);
+        if let (Mode::Sliding(direction), Drive::Force) = (memory.rest.mode, contact.drive) {
             let push = contact.applied * direction;
             let [rising, falling] = self.branches(contact, direction);
             match memory.branch {
@@ -138,33 +143,34 @@ impl FrictionLaw for Polito {
         contact: &Contact<S>,
         velocity: &mut S,
         _z: &mut [S],
-        memory: &mut Memory,
+        memory: &mut Memory<S>,
     ) {
         if matches!(event, Event::Stop | Event::BreakAway) {
-            memory.mode = memory.mode.switched(contact, velocity, self.break_away(contact.level));
+            memory.rest.switch(contact, velocity, |dwell| self.break_away(contact.level, || dwell));
             memory.branch = Branch::Accelerating;
-        } else if let Mode::Sliding(direction) = memory.mode {
+        } else if let Mode::Sliding(direction) = memory.rest.mode {
             memory.branch = self.consistent(contact, direction, memory.branch, event);
         }
     }
 
     /// A prescribed motion says itself whether it accelerates: its applied force is far beyond both branches.
-    fn follow<S: Varying>(&self, contact: &Contact<S>, _z: &[S], memory: &mut Memory) -> bool {
-        let before = *memory;
-        memory.mode = Mode::at(contact, contact.velocity, self.break_away(contact.level));
+    fn follow<S: Varying>(&self, contact: &Contact<S>, _z: &[S], memory: &mut Memory<S>) -> bool {
+        let before = memory.branch;
+        let has_turned = memory.rest.follow(contact, |dwell| self.break_away(contact.level, || dwell));
         let accelerates = (contact.velocity * contact.applied).value() >= 0.0;
         memory.branch = if accelerates { Branch::Accelerating } else { Branch::Decelerating };
-        *memory != before
+        has_turned || memory.branch != before
     }
 
-    fn is_sticking<S: Varying>(memory: &Memory) -> bool {
-        memory.mode == Mode::Stuck
+    fn is_sticking<S: Varying>(memory: &Memory<S>) -> bool {
+        memory.rest.mode == Mode::Stuck
     }
 }
 
 impl Polito {
-    fn break_away<S: Scalar>(&self, level: S) -> S {
-        level * self.accelerating.static_force
+    /// Largest force in N that holds the mass after a time at rest in s.
+    fn break_away<S: Scalar>(&self, level: S, dwell: impl FnOnce() -> S) -> S {
+        self.dwell.grown(level * self.accelerating.static_force, dwell)
     }
 
     /// `F1` and `F2` in a direction of sliding.

@@ -1,11 +1,10 @@
 //! The Stribeck curve with true stiction.
 
-use serde::{Deserialize, Serialize};
-
 use crate::friction::event::{Event, Indicators};
 use crate::friction::law::{Contact, Drive, FrictionLaw, Stiction};
 use crate::friction::lubrication::{Film, Lubrication, Rated};
 use crate::friction::parts::curve::StribeckCurve;
+use crate::friction::parts::dwell::{Resting, risen};
 use crate::friction::parts::parameters::{dwell_time, force, viscous};
 use crate::friction::parts::stick_slip::Mode;
 use crate::numbers::{Scalar, Varying};
@@ -56,16 +55,8 @@ parameters! {
     }
 }
 
-/// The mode, and since when it rests.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Memory<S> {
-    mode: Mode,
-    /// Time in s at which the last rest began.
-    since: S,
-}
-
 impl FrictionLaw for Stribeck {
-    type Memory<S: Varying> = Memory<S>;
+    type Memory<S: Varying> = Resting<S>;
 
     fn stiction(&self) -> Stiction {
         Stiction::Exact
@@ -79,7 +70,7 @@ impl FrictionLaw for Stribeck {
         true
     }
 
-    fn sliding_direction<S: Varying>(memory: &Memory<S>) -> Option<f64> {
+    fn sliding_direction<S: Varying>(memory: &Resting<S>) -> Option<f64> {
         memory.mode.direction()
     }
 
@@ -105,12 +96,11 @@ impl FrictionLaw for Stribeck {
         self.curve.is_non_stiff()
     }
 
-    fn start<S: Varying>(&self, contact: &Contact<S>) -> Memory<S> {
-        let break_away = self.break_away(contact.level, S::of(f64::INFINITY));
-        Memory { mode: Mode::at(contact, contact.velocity, break_away), since: S::of(f64::NEG_INFINITY) }
+    fn start<S: Varying>(&self, contact: &Contact<S>) -> Resting<S> {
+        Resting::start(contact, |dwell| self.break_away(contact.level, dwell))
     }
 
-    fn force<S: Scalar>(&self, contact: &Contact<S>, _z: &[S], memory: &Memory<S::Held>, _rates: &mut [S]) -> S {
+    fn force<S: Scalar>(&self, contact: &Contact<S>, _z: &[S], memory: &Resting<S::Held>, _rates: &mut [S]) -> S {
         self.force_on(contact, Rated, memory)
     }
 
@@ -119,13 +109,13 @@ impl FrictionLaw for Stribeck {
         contact: &Contact<S>,
         lubrication: Lubrication<S>,
         _z: &[S],
-        memory: &Memory<S::Held>,
+        memory: &Resting<S::Held>,
         _rates: &mut [S],
     ) -> S {
         self.force_on(contact, lubrication, memory)
     }
 
-    fn indicators<S: Varying>(&self, contact: &Contact<S>, _z: &[S], memory: &Memory<S>, out: &mut Indicators<S>) {
+    fn indicators<S: Varying>(&self, contact: &Contact<S>, _z: &[S], memory: &Resting<S>, out: &mut Indicators<S>) {
         let break_away = || self.break_away(contact.level, contact.time - memory.since);
         memory.mode.indicators(contact, break_away, out);
     }
@@ -136,30 +126,23 @@ impl FrictionLaw for Stribeck {
         contact: &Contact<S>,
         velocity: &mut S,
         _z: &mut [S],
-        memory: &mut Memory<S>,
+        memory: &mut Resting<S>,
     ) {
-        let mode = memory.mode.switched(contact, velocity, self.break_away(contact.level, S::zero()));
-        *memory = Memory { mode, since: contact.time };
+        memory.switch(contact, velocity, |dwell| self.break_away(contact.level, dwell));
     }
 
-    fn follow<S: Varying>(&self, contact: &Contact<S>, _z: &[S], memory: &mut Memory<S>) -> bool {
-        let break_away = self.break_away(contact.level, contact.time - memory.since);
-        let mode = Mode::at(contact, contact.velocity, break_away);
-        if mode == memory.mode {
-            return false;
-        }
-        *memory = Memory { mode, since: contact.time };
-        true
+    fn follow<S: Varying>(&self, contact: &Contact<S>, _z: &[S], memory: &mut Resting<S>) -> bool {
+        memory.follow(contact, |dwell| self.break_away(contact.level, dwell))
     }
 
-    fn is_sticking<S: Varying>(memory: &Memory<S>) -> bool {
+    fn is_sticking<S: Varying>(memory: &Resting<S>) -> bool {
         memory.mode == Mode::Stuck
     }
 }
 
 impl Stribeck {
     #[inline(always)]
-    fn force_on<S: Scalar>(&self, contact: &Contact<S>, film: impl Film<S>, memory: &Memory<S::Held>) -> S {
+    fn force_on<S: Scalar>(&self, contact: &Contact<S>, film: impl Film<S>, memory: &Resting<S::Held>) -> S {
         match memory.mode {
             Mode::Stuck => {
                 let dwell = contact.time - S::held(memory.since);
@@ -175,11 +158,10 @@ impl Stribeck {
     /// Largest force in N that holds the mass after a time at rest in s.
     fn break_away<S: Scalar>(&self, level: S, dwell: S) -> S {
         let fresh = self.curve.static_force;
-        let force = if self.rested_force.value == 0.0 || dwell.value() == 0.0 {
+        let force = if self.rested_force.value == 0.0 {
             S::tuned(fresh)
         } else {
-            // In a form that has its limits at 0 and at infinity.
-            S::tuned(self.rested_force - fresh) / (S::tuned(self.dwell_time) / dwell + 1.0) + fresh
+            risen(S::tuned(self.rested_force - fresh), self.dwell_time, dwell) + fresh
         };
         let grown = self.static_level(level) * force;
         if self.has_one_level() { grown } else { grown.max(level * self.curve.coulomb_force) }
@@ -237,7 +219,7 @@ mod tests {
         for (dwell, expected) in [(0.0, 10.0), (0.5, 13.0), (1.0, 14.0), (f64::INFINITY, 16.0)] {
             assert_eq!(break_away(&law, 1.0, dwell), expected, "after {dwell} s");
         }
-        let reserve = |memory: &Memory<Real>, time: f64| {
+        let reserve = |memory: &Resting<Real>, time: f64| {
             let mut out = Indicators::default();
             law.indicators(&contact(time, 0.0, -9.0, 1.0), &[], memory, &mut out);
             out[Event::BreakAway].value

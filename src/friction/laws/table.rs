@@ -165,9 +165,9 @@ mod tests {
     /// Two points outwards, of 9 N at rest and 5 N at 0.1 m/s; three inwards, that rise at last.
     fn law<L: ParameterSet>(viscous: f64) -> L {
         let mut values: Vec<Tunable> =
-            Table::table().iter().map(|it| Tunable::still(it.start.expect("a default"))).collect();
+            L::table().iter().map(|it| Tunable::still(it.start.expect("a default"))).collect();
         let mut set = |name: &str, value: f64| {
-            let place = Table::table().iter().position(|it| it.name == name).expect("a parameter");
+            let place = L::table().iter().position(|it| it.name == name).expect("a parameter");
             values[place] = Tunable::still(value);
         };
         set("sigma2", viscous);

@@ -26,6 +26,7 @@ pub(crate) mod anchored;
 pub(crate) mod bounded;
 pub(crate) mod curve;
 pub(crate) mod delay;
+pub mod dwell;
 pub(crate) mod elements;
 pub(crate) mod fading;
 pub(crate) mod list;

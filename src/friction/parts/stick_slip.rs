@@ -5,10 +5,11 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::dwell::{Dwell, Resting};
 use crate::friction::event::{Event, Indicators};
 use crate::friction::law::{Contact, Drive, FrictionLaw, Stiction};
 use crate::numbers::{Real, Scalar, Varying, sign};
-use crate::variables::{ParameterError, ParameterSet};
+use crate::variables::{Field, ParameterError, ParameterSet, Tunable, Variable, declared};
 
 /// The mode of a set-valued law.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -102,9 +103,26 @@ pub trait SetValued: ParameterSet {
     fn kinetic<S: Scalar>(&self, velocity: S, direction: f64, level: S) -> S;
 }
 
-wrapper! {
-    /// A set-valued law as a friction law.
-    StickSlip
+/// A set-valued law as a friction law, whose break-away force may grow with the time at rest.
+#[derive(Clone, Debug)]
+pub struct StickSlip<L> {
+    law: L,
+    dwell: Dwell,
+}
+
+/// The parameters of the law, then those of the growth.
+impl<L: ParameterSet> ParameterSet for StickSlip<L> {
+    const LEN: usize = L::LEN + Dwell::LEN;
+
+    fn table() -> Vec<Variable> {
+        L::table().into_iter().chain(declared::<Dwell, _>(Dwell::variables())).collect()
+    }
+
+    fn read(values: &[Tunable]) -> Result<Self, ParameterError> {
+        let (own, rest) = values.split_at(L::LEN);
+        let dwell = Dwell::read(rest).expect("numbers make a group of them");
+        Ok(Self { law: L::read(own)?, dwell })
+    }
 }
 
 /// Load factors at which the kinetic force is compared with the break-away force.
@@ -117,12 +135,12 @@ impl<L: SetValued> StickSlip<L> {
     fn check_rest(&self) -> Result<(), ParameterError> {
         for level in LEVELS {
             for direction in [1.0, -1.0] {
-                let break_away = self.0.break_away(direction, Real::of(level)).value;
+                let break_away = self.law.break_away(direction, Real::of(level)).value;
                 if break_away < 0.0 {
                     let reason = format!("at the load factor {level} it must not be negative");
                     return Err(ParameterError::new("break-away force", break_away, &reason));
                 }
-                let kinetic = direction * self.0.kinetic(Real::of(0.0), direction, Real::of(level)).value;
+                let kinetic = direction * self.law.kinetic(Real::of(0.0), direction, Real::of(level)).value;
                 if kinetic > break_away * (1.0 + ROUNDING) {
                     let side = if direction > 0.0 { "+0" } else { "-0" };
                     let reason = format!(
@@ -136,14 +154,15 @@ impl<L: SetValued> StickSlip<L> {
         Ok(())
     }
 
-    fn break_away_at<S: Scalar>(&self, contact: &Contact<S>) -> S {
+    /// Largest force in N that holds the mass against the applied force after a time at rest in s.
+    fn break_away_at<S: Scalar>(&self, contact: &Contact<S>, dwell: impl FnOnce() -> S) -> S {
         let direction = if contact.applied.value() < 0.0 { -1.0 } else { 1.0 };
-        self.0.break_away(direction, contact.level)
+        self.dwell.grown(self.law.break_away(direction, contact.level), dwell)
     }
 }
 
 impl<L: SetValued> FrictionLaw for StickSlip<L> {
-    type Memory<S: Varying> = Mode;
+    type Memory<S: Varying> = Resting<S>;
 
     fn stiction(&self) -> Stiction {
         Stiction::Exact
@@ -153,8 +172,8 @@ impl<L: SetValued> FrictionLaw for StickSlip<L> {
         true
     }
 
-    fn sliding_direction<S: Varying>(mode: &Mode) -> Option<f64> {
-        mode.direction()
+    fn sliding_direction<S: Varying>(memory: &Resting<S>) -> Option<f64> {
+        memory.mode.direction()
     }
 
     fn events(&self) -> &'static [Event] {
@@ -166,40 +185,49 @@ impl<L: SetValued> FrictionLaw for StickSlip<L> {
     }
 
     fn check(&self) -> Result<(), ParameterError> {
-        self.0.check()?;
+        self.law.check()?;
         self.check_rest()
     }
 
     fn is_non_stiff(&self) -> bool {
-        self.0.is_non_stiff()
+        self.law.is_non_stiff()
     }
 
-    fn start<S: Varying>(&self, contact: &Contact<S>) -> Mode {
-        Mode::at(contact, contact.velocity, self.break_away_at(contact))
+    fn start<S: Varying>(&self, contact: &Contact<S>) -> Resting<S> {
+        Resting::start(contact, |dwell| self.break_away_at(contact, || dwell))
     }
 
-    fn force<S: Scalar>(&self, contact: &Contact<S>, _z: &[S], mode: &Mode, _rates: &mut [S]) -> S {
-        match *mode {
-            Mode::Stuck => Mode::holding_force(contact, self.break_away_at(contact)),
-            Mode::Sliding(direction) => self.0.kinetic(contact.velocity, direction, contact.level),
+    fn force<S: Scalar>(&self, contact: &Contact<S>, _z: &[S], memory: &Resting<S::Held>, _rates: &mut [S]) -> S {
+        match memory.mode {
+            Mode::Stuck => {
+                let dwell = || contact.time - S::held(memory.since);
+                Mode::holding_force(contact, self.break_away_at(contact, dwell))
+            }
+            Mode::Sliding(direction) => self.law.kinetic(contact.velocity, direction, contact.level),
         }
     }
 
-    fn indicators<S: Varying>(&self, contact: &Contact<S>, _z: &[S], mode: &Mode, out: &mut Indicators<S>) {
-        mode.indicators(contact, || self.break_away_at(contact), out);
+    fn indicators<S: Varying>(&self, contact: &Contact<S>, _z: &[S], memory: &Resting<S>, out: &mut Indicators<S>) {
+        let break_away = || self.break_away_at(contact, || contact.time - memory.since);
+        memory.mode.indicators(contact, break_away, out);
     }
 
-    fn switch<S: Varying>(&self, _event: Event, contact: &Contact<S>, velocity: &mut S, _z: &mut [S], mode: &mut Mode) {
-        *mode = mode.switched(contact, velocity, self.break_away_at(contact));
+    fn switch<S: Varying>(
+        &self,
+        _event: Event,
+        contact: &Contact<S>,
+        velocity: &mut S,
+        _z: &mut [S],
+        memory: &mut Resting<S>,
+    ) {
+        memory.switch(contact, velocity, |dwell| self.break_away_at(contact, || dwell));
     }
 
-    fn follow<S: Varying>(&self, contact: &Contact<S>, _z: &[S], mode: &mut Mode) -> bool {
-        let before = *mode;
-        *mode = Mode::at(contact, contact.velocity, self.break_away_at(contact));
-        *mode != before
+    fn follow<S: Varying>(&self, contact: &Contact<S>, _z: &[S], memory: &mut Resting<S>) -> bool {
+        memory.follow(contact, |dwell| self.break_away_at(contact, || dwell))
     }
 
-    fn is_sticking<S: Varying>(mode: &Mode) -> bool {
-        *mode == Mode::Stuck
+    fn is_sticking<S: Varying>(memory: &Resting<S>) -> bool {
+        memory.mode == Mode::Stuck
     }
 }
