@@ -104,6 +104,7 @@ fn contexts(model: &Model, name: &str) -> Vec<Changes> {
             let at = |place: i32| [("valveVoltage", 7.0), ("position0", 0.01 + 0.06 * f64::from(place))];
             (0..9).map(|place| table.clone().chain(at(place)).collect()).collect()
         }
+        ["friction", "guide", "lever"] => vec![vec![("friction.guide.coefficient", 0.1)]],
         ["walk", ..] => vec![vec![("tray.velocityAmplitude", 0.2), ("walk.stepsPerPeriod", 2.0)]],
         ["feedForward", ..] | ["referenceVelocity"] => vec![vec![("feedForward.source", 2.0)]],
         ["dimensionless", ..] => vec![vec![("form", 2.0), ("dimensionless.fr", 0.01)]],

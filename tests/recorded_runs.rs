@@ -19,8 +19,8 @@ use cases::{Changes, cases, start};
 use pneumatic_servo::conformance::Random;
 
 const RECORD: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/recorded/runs.csv");
-/// Parameters that some laws refuse: by which friction differs by direction, or its lubrication follows pressures.
-const REFUSED_BY_SOME: [&str; 7] = [
+/// Parameters that some laws refuse: by which friction differs by direction, its lubrication follows pressures, or a guide is pressed on.
+const REFUSED_BY_SOME: [&str; 8] = [
     "friction.direction.factor",
     "friction.kappaDriving",
     "friction.kappaResisting",
@@ -28,6 +28,7 @@ const REFUSED_BY_SOME: [&str; 7] = [
     "friction.stribeckVelocity.kappaResisting",
     "friction.viscous.kappaDriving",
     "friction.viscous.kappaResisting",
+    "friction.guide.coefficient",
 ];
 const HEADER: &str = "model;changes;steps;rejected;jacobians;events;digest\n";
 

@@ -243,6 +243,9 @@ macro_rules! law_items {
                 fn may_differ_by_direction(&self) -> bool {
                     of_law!(self, |law| law.may_differ_by_direction())
                 }
+                fn is_set_valued(&self) -> bool {
+                    of_law!(self, |law| law.is_set_valued())
+                }
                 fn is_lubricated(&self) -> bool {
                     of_law!(self, |law| law.is_lubricated())
                 }

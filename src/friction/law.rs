@@ -253,6 +253,11 @@ pub trait FrictionLaw: ParameterSet {
         false
     }
 
+    /// Whether the law is stuck or slides, without a third mode, and its force while sliding depends on no applied force.
+    fn is_set_valued(&self) -> bool {
+        false
+    }
+
     /// Whether the law has a Stribeck velocity and a viscous friction that may be multiplied by factors, with a
     /// [force](Self::lubricated_force) for it, and neither decides on its modes.
     fn is_lubricated(&self) -> bool {

@@ -207,6 +207,7 @@ def test_mechanical_half_refuses_what_it_does_without_and_counts_a_rod_on_both_s
     found = fitted({"cylinder.rodA": 0.012})
     assert_close(found.values["friction.coulomb.Fc"], 8.3, rel=0.02, what="Fc")
     for name, value in [("load.stiffness", 300.0), ("friction.kappaDifference", 5e-6), ("friction.kappaDriving", 1e-6),
+                        ("friction.stribeckVelocity.kappaDriving", 1e-6), ("friction.guide.coefficient", 0.1),
                         ("friction.position.amplitude", 0.3), ("motion", "Imposed")]:  # fmt: skip
         with pytest.raises(ValueError, match=rf"{name} = .* is refused: experiment=.mechanical."):
             fitted({name: value})

@@ -66,6 +66,10 @@ impl FrictionLaw for Stribeck {
         true
     }
 
+    fn is_set_valued(&self) -> bool {
+        true
+    }
+
     fn is_lubricated(&self) -> bool {
         true
     }

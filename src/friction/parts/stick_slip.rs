@@ -172,6 +172,10 @@ impl<L: SetValued> FrictionLaw for StickSlip<L> {
         true
     }
 
+    fn is_set_valued(&self) -> bool {
+        true
+    }
+
     fn sliding_direction<S: Varying>(memory: &Resting<S>) -> Option<f64> {
         memory.mode.direction()
     }

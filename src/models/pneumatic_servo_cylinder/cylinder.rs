@@ -53,6 +53,8 @@ pub struct PneumaticServoCylinder<L = Friction, A = Actuator, const EXTENDED: bo
     pub(super) has_directed_level: bool,
     /// Whether Stribeck velocity or viscous friction follow the pressures.
     pub(super) is_lubricated: bool,
+    /// Friction of a guide that the load presses on, over the force that moves the load.
+    pub(super) guide: Option<Tangent>,
     /// Whether some viscous friction acts in one direction alone.
     pub(super) has_one_way_damping: bool,
     /// Whether friction varies along the stroke.
@@ -121,6 +123,8 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
         // Friction along the stroke, and waves in short hoses: explicit steps would be too many.
         let longest = lines.longest_steps().min(longest_coupled);
         let has_rapid_parts = longest.classical < WORTHWHILE || options.waviness.is_used();
+        // The friction of a guide turns where the force that moves the load does.
+        let has_rapid_parts = has_rapid_parts || options.guide().is_some();
         // Where a state is the velocity, the reversal of bristles is found by it.
         let has_rapid_parts = has_rapid_parts || (guidance == Guidance::Rigid && friction.states() > 0);
         let is_explicit = friction.is_non_stiff() && actuator.has_closed_form() && !(EXTENDED && has_rapid_parts);
@@ -143,6 +147,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
             friction,
             has_directed_level: options.differs_by_direction(),
             is_lubricated: options.lubricating().is_some(),
+            guide: options.guide(),
             has_one_way_damping: options.one_way_damping.is_used(),
             has_waviness: options.waviness.is_used(),
             profile: options.profile(),
@@ -208,6 +213,12 @@ impl<L: FrictionLaw, A: Actuating> Parts<L, A> {
             let reason = "this friction law has no Stribeck velocity beside a viscous friction that may follow the pressures; \
                           Stribeck, LuGre, RevisedLuGre and ElastoPlastic have";
             return Err(ParameterError::new(name, value, reason));
+        }
+        if options.guide().is_some() && !friction.is_set_valued() {
+            let reason = "a guide sticks, too, which needs a friction law that is stuck or slides: Coulomb, CoulombStiction, \
+                          Stribeck or Table";
+            let value = options.guide_coefficient.value;
+            return Err(ParameterError::new("friction.guide.coefficient", value, reason));
         }
         Ok(Self { parameters, options, sensors, actuator: A::new(actuator)?, friction })
     }

@@ -256,7 +256,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
         self.contact_under(time, x, [velocity, rate], sliding, applied)
     }
 
-    /// The contact in the present modes.
+    /// The contact in the present modes, under what a guide leaves of the applied force.
     #[inline(always)]
     pub(super) fn contact_at<S: Scalar>(
         &self,
@@ -265,8 +265,66 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
         u: &Inputs<S>,
         memory: &MemoryOf<L, A, S::Held>,
     ) -> Contact<S> {
+        self.guided(self.whole_contact_at(time, x, u, memory), x, &memory.friction)
+    }
+
+    /// The contact in the present modes, under the whole applied force.
+    #[inline(always)]
+    pub(super) fn whole_contact_at<S: Scalar>(
+        &self,
+        time: S,
+        x: &[S],
+        u: &Inputs<S>,
+        memory: &MemoryOf<L, A, S::Held>,
+    ) -> Contact<S> {
         let (rate, sliding) = (self.rate(time, x, u, memory), self.sliding(&memory.friction));
         self.contact(time, x, u, rate, sliding, &memory.motion)
+    }
+
+    /// A contact under what a guide leaves of the applied force, if there is one that the load presses on.
+    ///
+    /// The load takes `T = m*a - X`, with the force `X` on it, and the guide `c*|T|` against the motion. What the piston gives after the
+    /// friction of its seals, `R`, is both: `T + c*|T|*sgn(v) = R`. For `c < 1` one `T` solves that, of the sign of `R`: the guide takes
+    /// `c*|R|/(1 + c)` where `R` drives the motion, and `c*|R|/(1 - c)` where it brakes. At rest it takes what it can, up to `c*|X|`.
+    #[inline(always)]
+    pub(super) fn guided<S: Scalar>(&self, contact: Contact<S>, x: &[S], memory: &L::Memory<S::Held>) -> Contact<S> {
+        let Some(ratio) = self.guide.filter(|_| EXTENDED) else { return contact };
+        let Some(direction) = L::sliding_direction::<S::Held>(memory) else { return self.guided_at_rest(contact, x) };
+        let given = self.piston_force(x, contact.velocity) - self.friction_force(&contact, x, memory);
+        let along = given * direction;
+        let taken =
+            if along.value() >= 0.0 { along * (ratio / (ratio + 1.0)) } else { -along * (ratio / (1.0 - ratio)) };
+        Contact { applied: contact.applied - taken * direction, ..contact }
+    }
+
+    /// The same of a carriage at rest.
+    #[inline(always)]
+    pub(super) fn guided_at_rest<S: Scalar>(&self, contact: Contact<S>, x: &[S]) -> Contact<S> {
+        let Some(ratio) = self.guide.filter(|_| EXTENDED) else { return contact };
+        let most = (self.piston_force(x, S::zero()) - contact.applied).abs() * ratio;
+        Contact { applied: contact.applied - contact.applied.clamp(-most, most), ..contact }
+    }
+
+    /// Force in N of the pressures and the covers on the piston.
+    #[inline(always)]
+    fn piston_force<S: Scalar>(&self, x: &[S], rate: S) -> S {
+        self.pressure_force(x) + self.stops.force(State::Position.get(x), rate)
+    }
+
+    /// A force in N and that of the guide against the motion, if there is one.
+    #[inline(always)]
+    fn with_guide<S: Scalar>(
+        &self,
+        force: S,
+        contact: impl FnOnce() -> Contact<S>,
+        x: &[S],
+        memory: &L::Memory<S::Held>,
+    ) -> S {
+        if !(EXTENDED && self.guide.is_some()) {
+            return force;
+        }
+        let whole = contact();
+        force + (whole.applied - self.guided(whole, x, memory).applied)
     }
 
     /// The contact at a velocity, the state, of a carriage that moves at a rate, which is 0 while it is held, under an applied force.
@@ -409,6 +467,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
     ) -> [S; 3] {
         let rate = self.rate(time, x, u, memory);
         let contact = self.contact(time, x, u, rate, self.sliding(&memory.friction), &memory.motion);
+        let contact = self.guided(contact, x, &memory.friction);
         let lubrication = self.lubrication(&contact, x, &memory.friction);
         let force = self.friction.force_on(&contact, lubrication, bristles, &memory.friction, bristle_rates);
         let force = self.with_one_way_friction(force, &contact, &memory.friction);
@@ -452,7 +511,9 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
         }
         let weight = self.p.wire_force + self.carriage_weight;
         let force = acceleration * self.p.carriage_mass - u.external_force + weight;
-        if EXTENDED { force - self.options.spring_force(State::Position.get(x)) } else { force }
+        let force = if EXTENDED { force - self.options.spring_force(State::Position.get(x)) } else { force };
+        let contact = || self.contact(time, x, u, rate(), self.sliding(of_friction), motion);
+        self.with_guide(force, contact, x, of_friction)
     }
 }
 
@@ -809,7 +870,8 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
         computed: &mut [S],
     ) {
         let (position, rate) = (State::Position.get(x), self.rate(time, x, u, memory));
-        let contact = self.contact(time, x, u, rate, self.sliding(&memory.friction), &memory.motion);
+        let whole = self.contact(time, x, u, rate, self.sliding(&memory.friction), &memory.motion);
+        let contact = self.guided(whole, x, &memory.friction);
         let lubrication = self.lubrication(&contact, x, &memory.friction);
         let mut friction = self.friction.observe_on(&contact, lubrication, x, &memory.friction);
         friction.force = self.with_one_way_friction(friction.force, &contact, &memory.friction);
@@ -833,7 +895,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
             acceleration,
             rod_force,
             pressure_force: self.pressure_force(x),
-            friction_force: friction.force,
+            friction_force: self.with_guide(friction.force, || whole, x, &memory.friction),
             friction_low,
             friction_high,
             pressure_a: x[PRESSURE_A],

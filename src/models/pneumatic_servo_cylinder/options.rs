@@ -110,6 +110,10 @@ parameters! {
         stribeck_by_resisting: Fixed = kappa_of_film(1291, "stribeckVelocity.kappaResisting", "Stribeck velocity", "that resists: B outwards, A inwards");
         viscous_by_driving: Fixed = kappa_of_film(1292, "viscous.kappaDriving", "viscous friction coefficient", "that drives: A outwards, B inwards");
         viscous_by_resisting: Fixed = kappa_of_film(1293, "viscous.kappaResisting", "viscous friction coefficient", "that resists: B outwards, A inwards");
+        guide_coefficient: Fixed = Variable::parameter(1294, "friction.guide.coefficient", units::ONE, 0.0).range(0.0, 10.0).nominal(0.1)
+            .text("Coefficient of friction of a guide that is pressed on by the load that it moves; its product with friction.guide.lever must be below 1; 0: none");
+        guide_lever: Fixed = Variable::parameter(1295, "friction.guide.lever", units::ONE, 1.0).counts_with("friction.guide.coefficient").range(0.0, 1000.0)
+            .text("Normal force of that guide, of all its bearings, over the force that moves the load: 2*e/L of a load at a distance e beside a guide of length L");
         profile_points: usize = Variable::count(1270, "friction.position.points", 0).range(0.0, PROFILE_POINTS as f64)
             .text("Number of points of a table of the load factor along the stroke, which multiplies it beside the sine: worn or dirty parts of a barrel; 0: none, else at least 2");
         profile_positions: [Fixed; PROFILE_POINTS] = counted_by("friction.position.points", Variable::parameter(1271, "friction.position.at", units::METRE, 0.0).range(-10.0, 10.0).plausible(-0.1, 5.0).shown_in("mm")
@@ -206,7 +210,7 @@ impl Options {
         let lines = lines.chain(self.quick_exhausts());
         let is_chosen = self.opens().contains(&true) || counts_supply || self.differs_by_direction();
         let is_chosen = is_chosen || self.motion != Motion::Free || self.end_switches.are_used();
-        let is_chosen = is_chosen || self.profile_points > 0 || self.lubricating().is_some();
+        let is_chosen = is_chosen || self.profile_points > 0 || self.lubricating().is_some() || self.guide().is_some();
         is_chosen
             || self.has_another_gas()
             || [spring_stiffness, kappa_difference, waviness, self.one_way_damping]
@@ -238,6 +242,32 @@ impl Options {
             ("friction.viscous.kappaResisting", self.viscous_by_resisting),
         ];
         kappas.into_iter().find(|(_, kappa)| kappa.is_used()).map(|(name, kappa)| (name, kappa.value))
+    }
+
+    /// Friction of the guide over the force that moves the load, where there is one.
+    pub fn guide(&self) -> Option<Tangent> {
+        Some(self.guide_coefficient * self.guide_lever).filter(|ratio| ratio.is_used())
+    }
+
+    /// Refuses a guide that jams, and one beside a motion whose force is not known.
+    fn check_guide(&self) -> Result<(), ParameterError> {
+        let Some(ratio) = self.guide() else { return Ok(()) };
+        let refused =
+            |reason: &str| Err(ParameterError::new("friction.guide.coefficient", self.guide_coefficient.value, reason));
+        if ratio >= 1.0 {
+            let reason = format!(
+                "with friction.guide.lever = {} the guide jams: it would brake a load by {} of the force that moves it, and no \
+                 acceleration is consistent with that; their product must be below 1",
+                self.guide_lever.value, ratio.value
+            );
+            return refused(&reason);
+        }
+        if self.guidance() == Guidance::Rigid {
+            return refused(
+                "the force that moves the load is not known where the motion is imposed: set coupling.compliance, too",
+            );
+        }
+        Ok(())
     }
 
     /// Factor of the load factor over the position in m, where the barrel has a table of it.
@@ -308,6 +338,7 @@ impl Options {
             return Err(ParameterError::new("cushion.length", self.cushion_length.value, &reason));
         }
         self.check_profile()?;
+        self.check_guide()?;
         if self.compliance > 0.0 && self.motion == Motion::Free {
             let reason = "it needs a motion to couple with: set motion = Imposed, too";
             return Err(ParameterError::new("coupling.compliance", self.compliance.value, reason));

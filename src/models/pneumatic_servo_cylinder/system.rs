@@ -92,7 +92,8 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool, const U: usize> System<
         let rate = if self.is_led() { u.imposed_velocity } else { State::Velocity.get(&x) };
         let motion = motion::Memory::new(rate);
         let contact = self.contact(S::zero(), &x, &u, rate, None, &motion);
-        let friction = self.friction.start(&contact, &mut x);
+        let friction = self.friction.start(&self.guided_at_rest(contact, &x), &mut x);
+        let contact = self.guided(contact, &x, &friction);
         let force = self.friction_force(&contact, &x, &friction);
         let acceleration = self.acceleration(&contact, force, &motion);
         let quantities = self.measured(S::zero(), &x, &u, [acceleration, force], (&friction, &motion));
@@ -196,10 +197,13 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool, const U: usize> System<
         memory: &mut MemoryOf<L, A, S>,
     ) {
         let u = &Inputs::of(u);
-        let mut contact = self.contact_at(time, x, u, memory);
+        let mut contact = self.whole_contact_at(time, x, u, memory);
         // A stop is found just beyond velocity zero; the holding force there depends on the side that it is pushed to.
         if EXTENDED && event == Event::Stop as usize && self.friction.law().stiction() == Stiction::Exact {
             contact.level = self.directed_level(x, S::zero(), None, contact.applied);
+            contact = self.guided_at_rest(contact, x);
+        } else {
+            contact = self.guided(contact, x, &memory.friction);
         }
         self.friction.switch(event, &contact, x, &mut memory.friction);
     }
