@@ -93,6 +93,18 @@ fn is_usual(name: &str, signal: &str) -> bool {
 /// is taken twice; they are in the order of the signals.
 pub fn proposed(names: &[String], units: &[Option<String>], signals: &[&str]) -> Vec<Proposed> {
     let mut found: Vec<Proposed> = Vec::new();
+    let in_unit = |name: &str, signal: &str| {
+        let (bare, unit) = name.rsplit_once('_')?;
+        let is_one = is_usual(bare, signal) && units::to_si(unit, unit_of(signal), false).is_ok();
+        is_one.then(|| unit.to_owned())
+    };
+    let is_named = |signal: &str| names.iter().any(|name| name == signal || is_usual(name, signal));
+    // `F_N` is a force in N, and a normal force only where its unit stands elsewhere, or another column is the force.
+    let is_of_other = |name: &str, own: &str| {
+        let is_one = |other: &&str| *other != own && in_unit(name, other).is_some() && !is_named(other);
+        let place = names.iter().position(|one| one == name).expect("a name of the table");
+        units.get(place).is_none_or(Option::is_none) && signals.iter().any(is_one)
+    };
     let mut take = |matches: &dyn Fn(&str, &str) -> Option<Option<String>>| {
         for signal in signals {
             if found.iter().any(|one| one.signal == *signal) {
@@ -107,12 +119,8 @@ pub fn proposed(names: &[String], units: &[Option<String>], signals: &[&str]) ->
         }
     };
     take(&|name, signal| (name == signal).then_some(None));
-    take(&|name, signal| is_usual(name, signal).then_some(None));
-    take(&|name, signal| {
-        let (bare, unit) = name.rsplit_once('_')?;
-        let is_one = is_usual(bare, signal) && units::to_si(unit, unit_of(signal), false).is_ok();
-        is_one.then(|| Some(unit.to_owned()))
-    });
+    take(&|name, signal| (is_usual(name, signal) && !is_of_other(name, signal)).then_some(None));
+    take(&|name, signal| in_unit(name, signal).map(Some));
     found.sort_by_key(|one| signals.iter().position(|signal| *signal == one.signal));
     found
 }
@@ -258,11 +266,17 @@ mod tests {
         "externalForce",
     ];
 
+    const BENCH: [&str; 4] = ["time", "position", "force", "normalForce"];
+
     fn told(header: &str) -> Vec<String> {
+        told_of(&RIG, header)
+    }
+
+    fn told_of(signals: &[&str], header: &str) -> Vec<String> {
         let table =
             read("rig.csv", format!("{header}\n{}\n", vec!["0"; header.split(';').count()].join(";")).as_bytes());
         let table = table.expect("a table");
-        let found = proposed(&table.names, &table.units, &RIG);
+        let found = proposed(&table.names, &table.units, signals);
         found.iter().map(|one| format!("{} {} {}", one.place, one.signal, one.unit.as_deref().unwrap_or("-"))).collect()
     }
 
@@ -282,6 +296,21 @@ mod tests {
         // Its own name comes first, and no column is taken twice.
         assert_eq!(told("t;x_mm;position [um];p_1"), ["0 time -", "2 position um", "3 chamberA.pressure -"]);
         assert_eq!(told("Zeit;x_mm;pA_bar"), ["0 time -", "1 position mm", "2 chamberA.pressure bar"]);
+    }
+
+    #[test]
+    fn a_force_in_newtons_is_no_normal_force() {
+        for (header, expected) in [
+            ("t_s;x_mm;F_N", "2 force N"),
+            ("t;x;F_N;Fn", "2 force N, 3 normalForce -"),
+            // Its unit stands elsewhere, or another column is the force.
+            ("t [s];x [mm];F_N [N]", "2 normalForce N"),
+            ("t;x;F;F_N", "2 force -, 3 normalForce -"),
+            ("t;x;Kraft [kN];F_N", "2 force kN, 3 normalForce -"),
+        ] {
+            let found = told_of(&BENCH, header);
+            assert_eq!(found[2..].join(", "), expected, "{header}");
+        }
     }
 
     fn chosen(signal: &str, place: usize, unit: &str) -> Chosen {
