@@ -3,14 +3,13 @@
 use pneumatic_servo::variables::{Kind, Role};
 
 use crate::causes::{
-    ALL_GAUGE, Candidates, Change, Changeable, Choice, DAMPING_SPEED, GAUGE, MODEL, PRESSURES, is_clocked, suspected,
+    ALL_GAUGE, Candidates, Change, Choice, DAMPING_SPEED, GAUGE, MODEL, PRESSURES, is_clocked, suspected,
 };
-use crate::experiment::{Experiment, Given, OF_LOAD, parameter};
+use crate::experiment::{Experiment, Given, OF_LOAD, parameter, sensors};
 use crate::law::usual;
 use crate::parameter::{Parameter, SPAN, Values};
-use crate::problem::{Interrupted, Simulated};
 use crate::record::unit_of;
-use crate::runs::{OneByOne, Runs};
+use crate::runs::Runs;
 use crate::units::STANDARD_ATMOSPHERE;
 
 const CHAMBERS: [&str; 2] = ["chamberA.pressure", "chamberB.pressure"];
@@ -38,14 +37,14 @@ pub fn named(experiment: &dyn Experiment, estimated: &[String]) -> Named {
     let mut settings: Vec<String> = suspected(given.kind.name).into_iter().map(str::to_owned).collect();
     settings.extend(of_law);
     settings.retain(|name| !given.has(name) && !is_estimated(name));
-    let mut sensors = sensors(experiment);
-    sensors.retain(|name| !is_estimated(name) && !given.known.contains_key(name));
+    let mut own = sensors(experiment);
+    own.retain(|name| !is_estimated(name) && !given.known.contains_key(name));
     let is_thermal = estimated.iter().any(|name| name.starts_with("thermal."));
     let model = model(given).filter(|_| !is_thermal);
     let damping = damping(given).filter(|_| has_friction && !is_estimated(DAMPING_SPEED));
     Named {
         settings: settings.iter().filter_map(|name| freed(experiment, name)).collect(),
-        sensors,
+        sensors: own,
         choices: model.into_iter().chain(damping).chain(gauge(given, estimated)).collect(),
         has_clock: is_clocked(given.kind.name),
     }
@@ -57,20 +56,6 @@ pub fn candidates(runs: &Runs<'_>) -> Candidates {
     let Named { settings, sensors, choices, has_clock } = named(runs.experiment, &estimated);
     let sensors = sensors.iter().filter_map(|name| freed(runs.experiment, name)).collect();
     Candidates { settings, sensors, choices, has_clock }
-}
-
-/// Names of the properties of all sensors. What is true is `gain.SIGNAL * (reading - offset.SIGNAL)`, and a reading comes
-/// `delay.SIGNAL` late; one that is compared may have gone through a filter of first order with the time constant `lag.SIGNAL`.
-pub fn sensors(experiment: &dyn Experiment) -> Vec<String> {
-    let compared = experiment.compared().to_vec();
-    let both = [compared.clone(), experiment.driving()].concat();
-    let of = |kinds: &[&str], signals: &[&str]| -> Vec<String> {
-        signals.iter().flat_map(|signal| kinds.iter().map(move |kind| format!("{kind}.{signal}"))).collect()
-    };
-    let mut names = [of(&["gain", "offset", "delay"], &both), of(&["lag"], &compared)].concat();
-    // The zero of a position that prescribes a motion has no effect.
-    names.retain(|name| experiment.given().kind.name != "motion" || name != "offset.position");
-    names
 }
 
 /// Names of what may be estimated beside the parameters of the model: of sensors, of a bench, and of a load factor.
@@ -167,20 +152,5 @@ impl<'a> Runs<'a> {
             }
         }
         runs
-    }
-
-    /// Names of the compared signals.
-    pub fn signals(&self) -> Vec<String> {
-        self.experiment.compared().iter().map(|signal| (*signal).to_owned()).collect()
-    }
-}
-
-impl Changeable for OneByOne<'_> {
-    fn signals(&self) -> Vec<String> {
-        self.runs.signals()
-    }
-
-    fn changed<'a>(&'a self, change: Change<'a>) -> Result<Box<dyn Simulated + 'a>, Interrupted> {
-        Ok(Box::new(OneByOne { runs: self.runs.changed(change), told: self.told }))
     }
 }

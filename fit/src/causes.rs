@@ -6,7 +6,7 @@
 
 use nalgebra::DMatrix;
 
-use crate::intervals::certainty;
+use crate::intervals::{Ends, certainty};
 use crate::jacobian::{scale_rows, sensitivities};
 use crate::matrix::orthogonal;
 use crate::numerals::significant;
@@ -435,7 +435,7 @@ impl Search<'_> {
     /// Value and interval of the parameter that a problem has more than the fitted one.
     fn estimate(&self, problem: &Problem<'_>, x: &[f64]) -> Result<(f64, [f64; 2]), Interrupted> {
         let place = self.fitted.parameters.len();
-        Ok((problem.parameters[place].outer(x[place]), certainty(problem, x)?.intervals[place]))
+        Ok((problem.parameters[place].outer(x[place]), certainty(problem, x, Ends::Jacobian)?.intervals[place]))
     }
 
     /// A cause by what it leaves; nothing where a run fails.

@@ -10,9 +10,14 @@ const TAIL: f64 = -20.0;
 /// Half the width of the interval, in standard deviations, in which a value of Student's distribution lies with the
 /// probability [`LEVEL`]. At least one degree of freedom is assumed.
 pub fn student(freedom: usize) -> f64 {
+    student_quantile(0.5 + 0.5 * LEVEL, freedom)
+}
+
+/// Quantile of Student's distribution with a number of degrees of freedom, at least one.
+pub fn student_quantile(share: f64, freedom: usize) -> f64 {
     let distribution =
         StudentsT::new(0.0, 1.0, freedom.max(1) as f64).expect("a positive number of degrees of freedom");
-    distribution.inverse_cdf(0.5 + 0.5 * LEVEL)
+    distribution.inverse_cdf(share)
 }
 
 /// Probability that chi squared of a number of degrees of freedom is larger than a value.

@@ -1,23 +1,26 @@
 //! A fit of an experiment: question and answer.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use pneumatic_servo::variables;
 
 use crate::arrays::{rms, span};
 use crate::candidates::candidates;
 use crate::causes::{Cause, DAMPING_SPEED, causes, is_quiet};
-use crate::experiment::{self, Experiment, Given, Kind, MeasuredSegment, Options, of_kind, parameter};
-use crate::guess::started;
-use crate::intervals::certainty;
+use crate::driver::{Reached, Search};
+use crate::experiment::{Experiment, Given, Kind, MeasuredSegment, Options, of_kind, parameter};
+use crate::intervals::{Ends, certainty};
 use crate::parameter::{Parameter, Values};
-use crate::plausibility::{self, Facts, Source};
-use crate::problem::{FAILED, Interrupted, Problem, STEP, Simulated, TOLERANCE};
-use crate::record::{Record, Signals, split, unit_of};
-use crate::refused::Refused;
-use crate::runs::{OneByOne, Runs};
-use crate::search::{Loss, Watch, solve, with_likely_sensors};
+use crate::plausibility::{self, Facts, Source as Table};
+use crate::problem::{Interrupted, TOLERANCE};
+use crate::record::{Signals, split, unit_of};
+use crate::refused::{NoAnswer, Refused};
+use crate::runs::Runs;
+use crate::search::{Loss, Watch};
 use crate::sensor::Sensor;
+use crate::simulation::{Piece, Workers};
+use crate::study::{Source, Study};
 
 /// Samples for each parameter, at least.
 const SAMPLES: usize = 5;
@@ -94,24 +97,22 @@ pub struct Answer {
     pub courses: Vec<Course>,
 }
 
-/// Why there is no answer.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum NoAnswer {
-    /// Data or choices that cannot be used.
-    Refused(Refused),
-    /// Somebody has asked to stop.
-    Interrupted,
+/// Runs one after the other; `told` hears the share of each that is done.
+struct Alone<'a> {
+    told: &'a dyn Fn(f64),
 }
 
-impl From<Refused> for NoAnswer {
-    fn from(refused: Refused) -> Self {
-        Self::Refused(refused)
+impl Alone<'_> {
+    fn goes_on(&self, share: f64) -> bool {
+        (self.told)(share);
+        true
     }
 }
 
-impl From<Interrupted> for NoAnswer {
-    fn from(_: Interrupted) -> Self {
-        Self::Interrupted
+impl Workers for Alone<'_> {
+    fn each(&self, count: usize, work: &Piece<'_>) -> Result<(), Interrupted> {
+        (0..count).for_each(|place| work(place, &|share| self.goes_on(share)));
+        Ok(())
     }
 }
 
@@ -121,53 +122,51 @@ impl From<Interrupted> for NoAnswer {
 /// [`NoAnswer`].
 pub fn fit(question: &Question, watch: &dyn Watch, told: &dyn Fn(f64)) -> Result<Answer, NoAnswer> {
     let Question { file, estimated, .. } = question;
-    let goes_on = |share| {
-        told(share);
-        true
-    };
     let is_fixed = |name: &String| !estimated.contains(name);
     let known =
         question.known.iter().filter(|(name, _)| is_fixed(name)).map(|(name, value)| (name.clone(), *value)).collect();
     let kind = Kind::of_name(&question.experiment)?;
     let given = Given::new(kind, question.law, known, question.signals.keys().cloned(), question.options);
-    let experiment = &*of_kind(given)?;
-    check_plausible(experiment, question)?;
+    let experiment: Arc<dyn Experiment> = of_kind(given)?.into();
+    check_plausible(&*experiment, question)?;
     let (records, mut notes) = split(file, question.signals.clone())?;
-    let parameters = parameters(experiment, question)?;
-    let is_named =
-        |name: &str| experiment.given().known.contains_key(name) || parameters.iter().any(|one| one.name == name);
-    let mut segments = Vec::new();
-    for (number, record) in records.iter().enumerate() {
-        let found = experiment::segments(experiment, record, number, question.validation, &is_named);
-        segments.extend(found.segments.into_iter().map(|(_, segment)| segment));
-        notes.extend(found.notes);
+    let parameters = parameters(&*experiment, question)?;
+    let source = |record| Source { record, name: file.clone(), number: 0, validation: question.validation };
+    let sources: Vec<Source> = records.into_iter().map(source).collect();
+    notes.extend(assumed(&*experiment, &question.known, &parameters));
+    let study = Study::cut(experiment, &sources, parameters, vec![]);
+    check_size(&study)?;
+    let workers = Alone { told };
+    let (starts, loss) = (question.starts, Loss::Linear);
+    let search = Search { workers: &workers, sources: &sources, starts, seed: 0, loss, solver: None };
+    let mut reached = None;
+    search.run(study, watch, &mut reached)?;
+    let Some(Reached { study, fitted, best: Some(best), other_form, hidden }) = reached else {
+        unreachable!("the search has ended")
+    };
+    if !hidden.is_empty() {
+        let names = hidden.join(", ");
+        notes.push(format!(
+            "not identifiable at the start values: {names}; what is found may be anything; where a value is known, fix it"
+        ));
     }
-    notes.extend(assumed(experiment, &question.known, &parameters));
-    check_size(experiment, &segments, &parameters)?;
-    let parameters = started(experiment, &segments, &parameters);
-    let trained: Vec<MeasuredSegment> = segments.iter().filter_map(MeasuredSegment::trained).collect();
-    let mut runs = OneByOne { runs: Runs::new(experiment, &trained, parameters), told };
-    let sensors = sensors(experiment, &records);
-    let start = problem(&runs, &sensors).start();
-    check_start(&runs, &problem(&runs, &sensors), &start)?;
-    runs.runs.limit_work(&start, TOLERANCE, &goes_on);
-    watch.stage("first search");
-    let found = solve(&problem(&runs, &sensors), question.starts, 0, Loss::Linear, watch)?;
-    let (fitted, best) = with_likely_sensors(problem(&runs, &sensors), found, Loss::Linear, watch)?;
+    notes.extend(study.notes.iter().cloned());
     watch.stage("intervals");
-    let sure = certainty(&fitted, &best.x)?;
-    let begun = begun(&segments, &runs.runs, &best.x);
-    let whole = Runs::new(experiment, &begun, runs.runs.parameters.clone());
+    let sure = fitted.with(&workers, |problem| certainty(problem, &best.x, Ends::Jacobian))?;
+    let begun = study.begun(&fitted, &best.x);
+    let whole = begun.runs();
     let point = whole.point(&best.x[..whole.parameters.len()]);
-    let read = |place| whole.readings(place, &point, TOLERANCE, &goes_on);
-    let readings: Vec<_> = (0..begun.len()).map(read).collect();
+    let read = |place| whole.readings(place, &point, TOLERANCE, &|share| workers.goes_on(share));
+    let readings: Vec<_> = (0..begun.segments.len()).map(read).collect();
     let residuals = |is_validation| residuals(&whole, &readings, is_validation);
     let rms = residuals(false);
-    let noise: BTreeMap<_, _> =
-        experiment.compared().iter().zip(&sensors).map(|(signal, sensor)| (*signal, sensor.whole_noise())).collect();
+    let sensors = begun.sensors.iter().map(Sensor::whole_noise);
+    let noise: BTreeMap<_, _> = begun.experiment.compared().iter().copied().zip(sensors).collect();
     let beside = rms.iter().map(|(signal, rms)| (*rms, noise[signal]));
     watch.stage("causes of the residuals");
-    let causes = causes(&runs, &candidates(&runs.runs), &fitted, &best.x, is_quiet(beside))?;
+    let simulation = fitted.simulation(&workers);
+    let candidates = candidates(&simulation.runs);
+    let causes = causes(&simulation, &candidates, &fitted.problem(&simulation), &best.x, is_quiet(beside))?;
     let is_simulated = rms.values().all(|rms| rms.is_finite());
     let estimate = |(place, one): (usize, &Parameter)| Estimate {
         parameter: (one.name.clone(), one.unit.clone()),
@@ -186,17 +185,12 @@ pub fn fit(question: &Question, watch: &dyn Watch, told: &dyn Fn(f64)) -> Result
         validation_rms: residuals(true),
         rms,
         noise,
-        cause: causes.into_iter().next(),
+        cause: other_form.or_else(|| causes.into_iter().next()),
         notes,
         validation_from: whole.segments.iter().filter_map(first).reduce(f64::min),
         start: whole.segments.first().map(|segment| segment.begin.values.clone()).unwrap_or_default(),
         courses: courses(&whole, readings),
     })
-}
-
-fn problem<'a>(simulated: &'a OneByOne<'_>, sensors: &[Sensor]) -> Problem<'a> {
-    let (parameters, segments) = (simulated.runs.parameters.clone(), simulated.runs.layout());
-    Problem { parameters, segments, sensors: sensors.to_vec(), simulated, step: STEP }
 }
 
 /// Estimated parameters by their names.
@@ -233,29 +227,16 @@ fn assumed(experiment: &dyn Experiment, known: &Values, parameters: &[Parameter]
     (!defaults.is_empty()).then(|| format!("not given, so that the default counts: {}", defaults.join(", ")))
 }
 
-/// Sensors of the compared signals, as their data tell them.
-fn sensors(experiment: &dyn Experiment, records: &[Record]) -> Vec<Sensor> {
-    let of = |signal: &&'static str| {
-        let courses: Vec<&[f64]> = records.iter().map(|record| record.of(signal)).collect();
-        Sensor::of(&courses)
-    };
-    experiment.compared().iter().map(of).collect()
-}
-
 /// Refuses signals that cannot be meant.
 fn check_plausible(experiment: &dyn Experiment, question: &Question) -> Result<(), Refused> {
     let Question { file, signals, .. } = question;
     let place = |signal: &str, row: usize| format!("{file}, sample {row} of {signal}");
     let facts = Facts { given: experiment.given(), columns: &BTreeMap::new(), units: &BTreeMap::new() };
-    let found = plausibility::check(&facts, &Source { name: file, signals, place: &place });
+    let found = plausibility::check(&facts, &Table { name: file, signals, place: &place });
     found.into_iter().find(|finding| finding.is_refused).map_or(Ok(()), |finding| Err(Refused(finding.text)))
 }
 
-fn check_size(
-    experiment: &dyn Experiment,
-    segments: &[MeasuredSegment],
-    parameters: &[Parameter],
-) -> Result<(), Refused> {
+fn check_size(Study { experiment, segments, parameters, .. }: &Study) -> Result<(), Refused> {
     let rests = |segment: &MeasuredSegment| experiment.resting(&segment.record).iter().all(|rests| *rests);
     if experiment.compared().contains(&"position") && segments.iter().all(rests) {
         return Err(Refused("all at rest: the position never leaves its noise".to_owned()));
@@ -278,31 +259,6 @@ fn check_size(
         return Err(Refused(format!("too short: {size} samples to compare for {count} estimated parameters")));
     }
     Ok(())
-}
-
-/// Refuses a start that cannot be simulated at all, with the model's own words.
-fn check_start(simulated: &OneByOne<'_>, problem: &Problem<'_>, start: &[f64]) -> Result<(), NoAnswer> {
-    let differences = simulated.differences(&[start.to_vec()], TOLERANCE)?.swap_remove(0);
-    if problem.residuals(&differences).iter().any(|residual| residual.abs() != FAILED) {
-        return Ok(());
-    }
-    let refusal = simulated.runs.refusal(start, TOLERANCE);
-    refusal.map_or(Ok(()), |why| Err(Refused(format!("the start values cannot be simulated: {why}")).into()))
-}
-
-/// All segments, which begin as a vector of the trained ones says; those without fitted samples as they were measured.
-fn begun(segments: &[MeasuredSegment], trained: &Runs<'_>, x: &[f64]) -> Vec<MeasuredSegment> {
-    let mut begins = trained.begins(x).into_iter();
-    let each = |segment: &MeasuredSegment| {
-        let mut segment = segment.clone();
-        if segment.fitted().next().is_some()
-            && let Some(values) = begins.next()
-        {
-            segment.begin.values = values;
-        }
-        segment
-    };
-    segments.iter().map(each).collect()
 }
 
 /// RMS residual of each signal at the fitted samples or at the validation samples; not finite where a run failed.

@@ -265,3 +265,174 @@ pub fn deflection(position: &[f64], end: f64) -> Vec<f64> {
     };
     std::iter::once(0.0).chain(position.windows(2).map(each)).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::*;
+    use crate::experiment::{Begin, Whole};
+    use crate::record::{Record, Signals};
+
+    const GROUP: &str = "friction.law.";
+
+    /// Friction of a machine that slides at 10 N and `viscous` N.s/m up to 0.1 m/s, and slowly takes `peak` N more.
+    fn map(load: f64, peak: f64, viscous: f64) -> Forces {
+        let speed: Vec<f64> = (0..2001).map(|k| (-0.11 + 1.1e-4 * f64::from(k)).clamp(-0.1, 0.1)).collect();
+        let force = |speed: &f64| {
+            let slow = if speed.abs() < 0.03 { peak } else { 0.0 };
+            speed.signum() * load * (10.0 + viscous * speed.abs() + slow)
+        };
+        Forces { force: speed.iter().map(force).collect(), level: vec![load; speed.len()], speed }
+    }
+
+    /// Starts of parameters with their units, by the ends of their names, over a stroke of 50 mm.
+    fn found(law: Law<'_>, own: &[(&str, &str)], map: &Forces) -> Values {
+        let names: Vec<String> = own.iter().map(|(name, _)| format!("{GROUP}{name}")).collect();
+        let own: Vec<(&str, &str)> = names.iter().zip(own).map(|(name, (_, unit))| (name.as_str(), *unit)).collect();
+        let starts = levels(law, &own, map, presliding(Some(0.05)));
+        starts.into_iter().map(|(name, value)| (name.trim_start_matches(GROUP).to_owned(), value)).collect()
+    }
+
+    fn of(name: &str) -> Law<'_> {
+        Law { name, group: GROUP, fixed_static: None, bristles: 20.0 }
+    }
+
+    fn assert_close(found: f64, expected: f64, relative: f64, what: &str) {
+        assert!((found - expected).abs() <= relative * expected.abs(), "{what}: {found}, not {expected}");
+    }
+
+    /// Presliding ends at a fiftieth of the stroke, 1 mm; what is a function of speed has faded at a tenth of the fastest, where
+    /// the damping of bristles is a tenth of their force.
+    #[test]
+    fn levels_of_a_map_are_those_of_its_friction_at_any_load() {
+        let cases: [(&str, &[(&str, &str, f64)]); 9] = [
+            ("Stribeck", &[("Fc", "N", 10.0), ("Fs", "N", 14.0), ("vs", "m/s", 0.01), ("sigma2", "N.s/m", 20.0)]),
+            ("LuGre", &[("Fs", "N", 14.0), ("sigma0", "N/m", 1e4), ("sigma1", "N.s/m", 10.0), ("vd", "m/s", 0.1)]),
+            ("Polito", &[("Fc1", "N", 10.0), ("Fc2", "N", 10.0), ("c1", "N.s/m", 20.0), ("c2", "N.s/m", 20.0)]),
+            ("StickSlipCreep", &[("Fs", "N", 14.0), ("Delta", "m", 1e-3), ("sigma2", "N.s/m", 20.0)]),
+            // Excess of static over sliding friction.
+            ("Armstrong", &[("FsInf", "N", 4.0), ("Fc", "N", 10.0), ("sigma2", "N.s/m", 20.0)]),
+            // A fast and a slow part, whose difference slides at 10 N.
+            ("BlimanSorine", &[("f1", "N", 30.0), ("f2", "N", 20.0), ("xe", "m", 1e-3), ("sigma2", "N.s/m", 20.0)]),
+            // Twenty bristles are bent by two thirds on average.
+            ("Bristle", &[("sigma0", "N/m", 750.0), ("deltaS", "m", 1e-3), ("sigma2", "N.s/m", 20.0)]),
+            ("Leuven", &[("f1", "N", 6.0), ("f2", "1/m", 3e3), ("k1", "N/m", 3e3), ("sigma2", "N.s/m", 20.0)]),
+            // Four elements of a quarter each.
+            ("MaxwellSlip", &[("W[1]", "N", 2.5), ("k[4]", "N/m", 2.5e3), ("sigma2", "N.s/m", 20.0)]),
+        ];
+        for (law, parameters) in cases {
+            let own: Vec<(&str, &str)> = parameters.iter().map(|(name, unit, _)| (*name, *unit)).collect();
+            for load in [1.0, 0.5] {
+                let starts = found(of(law), &own, &map(load, 4.0, 20.0));
+                assert_eq!(starts.len(), own.len(), "{law}: {starts:?}");
+                for (name, _, expected) in parameters {
+                    assert_close(starts[*name], *expected, 1e-12, &format!("{law}, {name}"));
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn levels_stay_in_proportion() {
+        let own = [("Fc", "N"), ("Fs", "N"), ("sigma2", "N.s/m")];
+        for (peak, expected) in [(0.5, 11.0), (50.0, 30.0)] {
+            assert_close(found(of("Stribeck"), &own, &map(1.0, peak, 20.0))["Fs"], expected, 1e-12, "break-away");
+        }
+        // Below a break-away that is known.
+        let fixed = Law { fixed_static: Some(9.0), ..of("Stribeck") };
+        assert_close(found(fixed, &own[..1], &map(1.0, 4.0, 20.0))["Fc"], 7.2, 1e-12, "sliding friction");
+        // Without viscous friction that is estimated the middle is what slides, and a line that falls is none of it.
+        assert_close(found(of("Stribeck"), &own[..2], &map(1.0, 4.0, 0.0))["Fc"], 10.0, 1e-12, "level");
+        let falling = found(of("Stribeck"), &own, &map(1.0, 4.0, -20.0));
+        assert_close(falling["Fc"], 10.0 - 20.0 * 0.055, 0.02, "middle of a falling line, at 55 mm/s");
+        assert_close(falling["sigma2"], 0.05 * falling["Fc"] / 0.1, 1e-12, "least");
+    }
+
+    #[test]
+    fn nothing_is_guessed_of_a_map_that_tells_nothing() {
+        let (own, whole) = ([("Fc", "N")], map(1.0, 4.0, 20.0));
+        let still = Forces { speed: vec![0.0; 2001], ..whole.clone() };
+        let mut few = still.clone();
+        few.speed[..15].copy_from_slice(&whole.speed[..15]);
+        let unloaded = Forces { level: vec![0.0; 2001], ..whole.clone() };
+        let cut = |values: &[f64]| values[..9].to_vec();
+        let short = Forces { speed: cut(&whole.speed), force: cut(&whole.force), level: cut(&whole.level) };
+        for map in [still, few, unloaded, short] {
+            assert!(found(of("Stribeck"), &own, &map).is_empty());
+        }
+        assert!(found(of("Stribeck"), &[], &whole).is_empty());
+    }
+
+    /// Up by 80 mm, down, and up again, 1 mm each time.
+    #[test]
+    fn an_element_follows_until_it_slips() {
+        let way: Vec<f64> = (0..=80).chain((0..80).rev()).chain(1..=80).map(|k| 1e-3 * f64::from(k)).collect();
+        for end in [5e-4, 0.01, 0.07] {
+            let top: f64 = end;
+            let bottom = (top - 0.08).max(-end);
+            for (row, (place, found)) in way.iter().zip(deflection(&way, end)).enumerate() {
+                let expected = match row {
+                    0..=80 => place.min(end),
+                    81..=160 => (top - 0.08 + place).max(-end),
+                    _ => (bottom + place).min(end),
+                };
+                assert!((found - expected).abs() < 1e-15, "{found} at row {row} of {end}, not {expected}");
+            }
+        }
+    }
+
+    #[test]
+    fn elements_of_each_law_make_the_same_force() {
+        let ends = ends(0.08, 4);
+        let stiff = vec![4e3, 500.0, 0.0, 20.0];
+        let limits: Vec<f64> = stiff.iter().zip(&ends).map(|(stiff, end)| stiff * end).collect();
+        for (place, ratio) in ends.windows(2).map(|pair| pair[1] / pair[0]).enumerate() {
+            assert_close(ratio, libm::pow(100.0, 1.0 / 3.0), 1e-12, &format!("ratio {place}"));
+        }
+        assert_close(ends[3], 0.08, 1e-15, "the longest");
+        let of = |law, level| elements(law, GROUP, &ends, stiff.clone(), level);
+        let at = |found: &Values, name: &str| found[&format!("{GROUP}{name}")];
+        let maxwell = of("MaxwellSlip", None);
+        assert_close(at(&maxwell, "k[2]"), 500.0, 1e-15, "stiffness");
+        assert_close(at(&maxwell, "W[1]"), limits[0], 1e-15, "limit");
+        assert_close(at(&of("DNLRX", None), "limit[4]"), ends[3], 1e-15, "end");
+        // One that the data do not need keeps a little, since its logarithm is estimated.
+        assert_close(at(&maxwell, "k[3]"), 4e3 * 1e-4, 1e-12, "least stiffness");
+        assert_close(at(&elements("GMS", GROUP, &ends, vec![0.0; 4], None), "k[1]"), 1e-4, 1e-12, "of no force");
+        // The shares of GMS are of a level that stays, or they make one.
+        let total: f64 = limits.iter().sum::<f64>() + 0.4 * ends[2];
+        for (fixed, level) in [(Some(8.3), 8.3), (None, total)] {
+            let found = of("GMS", fixed);
+            assert_close(at(&found, "Fs"), 1.02 * level, 1e-12, "break-away");
+            assert_close(at(&found, "alpha[1]"), limits[0] / level, 1e-12, "share");
+        }
+        let smooth = of("Leuven", None);
+        assert_close(at(&smooth, "k1"), 4520.4, 1e-12, "stiffness of all");
+        assert_close(at(&smooth, "Fc"), total, 1e-12, "level");
+    }
+
+    #[test]
+    fn an_area_is_what_the_force_grows_with_the_pressure() {
+        let segment = |pressure: [f64; 4], friction: [f64; 4]| {
+            let force = pressure.iter().zip(friction).map(|(pressure, friction)| 2e-4 * pressure + friction).collect();
+            let signals: Signals = [("pressure".to_owned(), pressure.to_vec()), ("force".to_owned(), force)].into();
+            MeasuredSegment {
+                record: Record::new(vec![0.0, 1.0, 2.0, 3.0], 0.0, signals),
+                driven: Signals::new(),
+                used: vec![true, true, true, false],
+                is_validation: vec![false; 4],
+                begin: Begin::default(),
+                number: 0,
+                whole: Arc::new(Whole { begin: 0.0, grid: vec![], driven: Signals::new() }),
+            }
+        };
+        let both = [
+            segment([1e5, 2e5, 3e5, 5e5], [3.0, 3.0, -3.0, 700.0]),
+            segment([2e5, 4e5, 6e5, 1e5], [-5.0, -5.0, 5.0, 900.0]),
+        ];
+        assert_close(area(&both), 2e-4, 1e-14, "area");
+        assert_eq!(area(&[segment([0.0; 4], [1.0; 4])]), 0.0);
+        assert_close(presliding(None), 2e-5, 1e-14, "length of no stroke that is measured");
+    }
+}

@@ -5,6 +5,7 @@ use nalgebra::DMatrix;
 use crate::distributions::student;
 use crate::jacobian::{scale_rows, sensitivities};
 use crate::matrix::{orthogonal, pseudo_inverse, triangle};
+use crate::parameter::Parameter;
 use crate::problem::{Interrupted, Problem, TOLERANCE};
 
 /// Blocks of time that count as independent.
@@ -60,14 +61,36 @@ pub fn linearised(problem: &Problem<'_>, x: &[f64]) -> Result<Linear, Interrupte
     })
 }
 
-/// 95 % intervals from the Jacobian, as wide as the residuals demand.
+/// Where the ends of intervals come from.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Ends {
+    /// The Jacobian.
+    Jacobian,
+    /// [`bootstrap`], with a seed and a number of draws.
+    Bootstrap(u64, usize),
+    /// Elsewhere; of inner values.
+    Given(Vec<[f64; 2]>),
+}
+
+/// 95 % intervals, from the Jacobian as wide as the residuals demand.
 ///
 /// # Errors
 /// [`Interrupted`].
-pub fn certainty(problem: &Problem<'_>, x: &[f64]) -> Result<Certainty, Interrupted> {
+pub fn certainty(problem: &Problem<'_>, x: &[f64], ends: Ends) -> Result<Certainty, Interrupted> {
     let linear = linearised(problem, x)?;
     let (covariance, factors) = covariance(&linear);
-    Ok(of_covariance(problem, x, &linear, &covariance, &factors))
+    let ends = match ends {
+        Ends::Jacobian => None,
+        Ends::Bootstrap(seed, draws) => Some(bootstrap(&linear, x, seed, draws)),
+        Ends::Given(ends) => Some(ends),
+    };
+    Ok(of_covariance(problem, x, &linear, &covariance, &factors, ends))
+}
+
+/// Places of the parameters whose values have run to a bound that is none of the model, and the values of the bounds.
+pub fn at_bounds(parameters: &[Parameter], x: &[f64]) -> Vec<(usize, f64)> {
+    let bound = |(place, one): (usize, &Parameter)| Some((place, one.bound_of_user_at(x[place], AT_BOUND)?));
+    parameters.iter().enumerate().filter_map(bound).collect()
 }
 
 /// Parameters that the data would hardly tell if nothing but the noise of the sensors were left, at the start values.
@@ -78,7 +101,7 @@ pub fn hidden(problem: &Problem<'_>) -> Result<Vec<Option<&'static str>>, Interr
     let x = problem.start();
     let linear = linearised(problem, &x)?;
     let factors = vec![student(linear.scores.len()); problem.parameters.len()];
-    Ok(of_covariance(problem, &x, &linear, &white(&linear), &factors).reasons)
+    Ok(of_covariance(problem, &x, &linear, &white(&linear), &factors, None).reasons)
 }
 
 fn of_covariance(
@@ -87,23 +110,25 @@ fn of_covariance(
     linear: &Linear,
     covariance: &DMatrix<f64>,
     factors: &[f64],
+    ends: Option<Vec<[f64; 2]>>,
 ) -> Certainty {
     let count = problem.parameters.len();
     let blind = blind(&linear.derivatives);
     let half = |place: usize| {
         if blind[place] { f64::INFINITY } else { factors[place] * covariance[(place, place)].max(0.0).sqrt() }
     };
-    let ends: Vec<[f64; 2]> = (0..count).map(|place| [x[place] - half(place), x[place] + half(place)]).collect();
+    let of_half = |place: usize| [x[place] - half(place), x[place] + half(place)];
+    let ends = ends.unwrap_or_else(|| (0..count).map(of_half).collect());
     let deviation = |place: usize| covariance[(place, place)].sqrt();
     let correlation = DMatrix::from_fn(count, count, |a, b| {
         let found = covariance[(a, b)] / (deviation(a) * deviation(b));
         if found.is_finite() { found } else { 0.0 }
     });
-    let outer = |(one, ends): (&crate::parameter::Parameter, &[f64; 2])| ends.map(|end| one.outer(end));
+    let outer = |(one, ends): (&Parameter, &[f64; 2])| ends.map(|end| one.outer(end));
     Certainty {
         intervals: problem.parameters.iter().zip(&ends).map(outer).collect(),
         correlation,
-        reasons: undetermined(problem, x, &ends, &blind),
+        reasons: undetermined(&problem.parameters, x, &ends, &blind),
     }
 }
 
@@ -225,11 +250,12 @@ fn unseen(derivatives: &DMatrix<f64>) -> Vec<bool> {
     (0..derivatives.ncols()).map(|place| largest == 0.0 || takes_part(place)).collect()
 }
 
-fn undetermined(problem: &Problem<'_>, x: &[f64], ends: &[[f64; 2]], blind: &[bool]) -> Vec<Option<&'static str>> {
-    let reason = |(place, one): (usize, &crate::parameter::Parameter)| {
+fn undetermined(parameters: &[Parameter], x: &[f64], ends: &[[f64; 2]], blind: &[bool]) -> Vec<Option<&'static str>> {
+    let reason = |(place, one): (usize, &Parameter)| {
         let ([low, high], [least, most]) = (ends[place], one.inner_bounds());
         // The default of a parameter without a logarithm is 1, as the search sees it.
-        let is_lost = |half: f64| !one.is_logarithmic() && half > 1.0 && low < one.inner(one.legal[0]);
+        let possible = if one.is_bounded { one.bounds[0] } else { one.legal[0] };
+        let is_lost = |half: f64| !one.is_logarithmic() && half > 1.0 && low < one.inner(possible);
         let half = 0.5 * (high - low);
         if blind[place] || !half.is_finite() {
             Some("the data do not change with it, or only with a combination of parameters")
@@ -239,11 +265,74 @@ fn undetermined(problem: &Problem<'_>, x: &[f64], ends: &[[f64; 2]], blind: &[bo
             Some("its interval is wider than from a third to three times its value")
         } else if is_lost(half) {
             Some("its interval reaches beyond what is possible, and is wider than its usual value")
-        } else if one.is_at_bound_of_user(x[place], AT_BOUND) {
+        } else if one.bound_of_user_at(x[place], AT_BOUND).is_some() {
             Some("it is at a bound")
         } else {
             None
         }
     };
-    problem.parameters.iter().enumerate().map(reason).collect()
+    parameters.iter().enumerate().map(reason).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A mass of 1 kg by its logarithm, and an offset in units of 0.5 N, with inner bounds.
+    fn parameter(is_logarithmic: bool, [low, high]: [f64; 2]) -> Parameter {
+        let (scale, outer): (f64, fn(f64) -> f64) =
+            if is_logarithmic { (0.0, libm::exp) } else { (0.5, |inner| 0.5 * inner) };
+        Parameter {
+            name: "mass".to_owned(),
+            unit: "kg".to_owned(),
+            start: 1.0,
+            bounds: [outer(low), outer(high)],
+            scale,
+            is_given: false,
+            is_bounded: false,
+            legal: [f64::NEG_INFINITY, f64::INFINITY],
+        }
+    }
+
+    #[test]
+    fn what_is_not_determined_says_why() {
+        const NONE: [f64; 2] = [f64::NEG_INFINITY, f64::INFINITY];
+        const WIDE: Option<&str> = Some("its interval is wider than its bounds");
+        const THRICE: Option<&str> = Some("its interval is wider than from a third to three times its value");
+        const BOUND: Option<&str> = Some("it is at a bound");
+        let cases = [
+            (false, 0.0, 5.0, NONE, None),
+            (false, 0.0, 1.01, [-1.0, 1.0], WIDE),
+            (false, 0.0, 0.99, [-1.0, 1.0], None),
+            // Beyond one bound alone.
+            (false, 0.5, 1.0, [-1.0, 1.0], None),
+            (false, -0.5, 1.0, [-1.0, 1.0], None),
+            (true, 0.0, 1.01, NONE, THRICE),
+            (true, 0.0, 0.99, NONE, None),
+            (false, 1.0, 0.5, [-1.0, 1.0], BOUND),
+            (false, -1.0, 0.5, [-1.0, 1.0], BOUND),
+            (false, 1e4, 0.5, [-1.0, 1e4 * (1.0 + 0.5e-6)], BOUND),
+            (false, 1e4, 0.5, [-1.0, 1e4 * (1.0 + 2e-6)], None),
+            (false, 0.0, 0.5, [-2e-6, 10.0], None),
+        ];
+        let of = |one: &Parameter, x: f64, half: f64, is_blind: bool| {
+            undetermined(std::slice::from_ref(one), &[x], &[[x - half, x + half]], &[is_blind])[0]
+        };
+        for (is_logarithmic, x, half, bounds, reason) in cases {
+            assert_eq!(of(&parameter(is_logarithmic, bounds), x, half, false), reason, "{x} +- {half} in {bounds:?}");
+        }
+        let mut one = parameter(false, [-1.0, 1.0]);
+        let hidden = Some("the data do not change with it, or only with a combination of parameters");
+        assert_eq!(of(&one, 0.0, 0.5, true), hidden);
+        assert_eq!(of(&one, 0.0, f64::INFINITY, false), hidden);
+        // Beyond a bound of the model is nothing, whoever names it; an interval that reaches there is none of a value.
+        one.legal = one.bounds;
+        for is_bounded in [false, true] {
+            one.is_bounded = is_bounded;
+            assert_eq!(of(&one, 1.0, 0.5, false), None);
+        }
+        let beyond = Parameter { bounds: [-0.5, f64::INFINITY], legal: [-0.5, f64::INFINITY], ..one };
+        let impossible = "its interval reaches beyond what is possible, and is wider than its usual value";
+        assert_eq!(of(&beyond, 1.0, 2.1, false), Some(impossible));
+    }
 }

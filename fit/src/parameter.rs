@@ -56,11 +56,12 @@ impl Parameter {
         self.bounds.map(inner)
     }
 
-    /// Whether an inner value is at a bound, within a relative distance, that is none of the model: beyond the latter is nothing.
-    pub fn is_at_bound_of_user(&self, inner: f64, within: f64) -> bool {
+    /// The bound that an inner value is at, within a relative distance, if it is none of the model: beyond the latter is nothing.
+    pub fn bound_of_user_at(&self, inner: f64, within: f64) -> Option<f64> {
         let is_at = |bound: f64| (inner - bound).abs() < within * inner.abs().max(1.0);
-        let is_of_model = |place: usize| !self.is_bounded && self.bounds[place] == self.legal[place];
-        self.inner_bounds().into_iter().enumerate().any(|(place, bound)| is_at(bound) && !is_of_model(place))
+        let places = self.inner_bounds().into_iter().enumerate();
+        let mut own = places.filter(|(place, bound)| is_at(*bound) && self.bounds[*place] != self.legal[*place]);
+        own.next().map(|(place, _)| self.bounds[place])
     }
 
     /// The same with a start from the data, within the bounds; default bounds of a logarithm move along with it.
@@ -69,12 +70,18 @@ impl Parameter {
         if self.is_given || !start.is_finite() || (self.is_logarithmic() && start <= 0.0) {
             return moved;
         }
-        if self.is_logarithmic() {
+        if self.is_logarithmic() && !self.is_bounded {
             let [low, high] = self.bounds;
             moved.bounds = [low.min(start / SPAN).max(self.legal[0]), high.max(start * SPAN).min(self.legal[1])];
         }
         moved.start = start.max(moved.bounds[0]).min(moved.bounds[1]);
         moved
+    }
+
+    /// The same with another start, whoever gave the one before.
+    pub fn moved(&self, start: f64) -> Self {
+        let free = Self { is_given: false, ..self.clone() };
+        Self { is_given: self.is_given, ..free.at(start) }
     }
 }
 

@@ -7,12 +7,12 @@ use crate::experiment::{Experiment, MeasuredSegment};
 use crate::expression::Tie;
 use crate::law::viscous;
 use crate::parameter::{Parameter, Values, values};
-use crate::problem::{Interrupted, Segment, Simulated};
+use crate::problem::Segment;
 use crate::refused::Refused;
 
 /// Limit of the solver steps of a run, relative to the start's; one that takes more is given up. Far from plausible values, say
 /// where a bristle is all damping, a run may take a thousand times as long, and tells no more than that.
-const WORK: f64 = 20.0;
+pub(crate) const WORK: f64 = 20.0;
 /// Steps between two looks at the work that was done, and whether to go on.
 const LOOK: usize = 16;
 const COUNTED: [&str; 2] = ["solver.steps", "solver.rejectedSteps"];
@@ -124,13 +124,6 @@ impl<'a> Runs<'a> {
         values.extend(self.fixed.iter().map(|(name, value)| (name.clone(), *value)));
         self.experiment.given().follow(self.ties, &mut values);
         values
-    }
-
-    /// Gives up runs that take many times the steps of the start from now on.
-    pub fn limit_work(&mut self, start: &[f64], tolerance: f64, goes_on: &dyn Fn(f64) -> bool) {
-        let point = self.point(start);
-        let steps = |place| self.run(place, &point, tolerance, goes_on).steps;
-        self.most = WORK * (0..self.segments.len()).map(steps).fold(1.0, f64::max);
     }
 
     /// Why a vector cannot be simulated; nothing if it can be.
@@ -314,9 +307,7 @@ mod tangents {
 
     use super::{Given, Point, Runs};
     use crate::refused::Refused;
-
-    /// Names by which a run has no derivative, and why.
-    pub type Underivable = BTreeMap<String, String>;
+    use crate::simulation::Underivable;
 
     /// Recorded variables at the communication points, or their derivatives by a setting.
     type Courses = Vec<Vec<f64>>;
@@ -435,31 +426,5 @@ mod tangents {
                 return Some((courses, known));
             }
         }
-    }
-}
-
-#[cfg(feature = "sensitivities")]
-pub use tangents::Underivable;
-
-/// Runs of segments one after the other; `told` hears the share of each run that is done.
-pub struct OneByOne<'a> {
-    /// The segments.
-    pub runs: Runs<'a>,
-    /// Observer.
-    pub told: &'a dyn Fn(f64),
-}
-
-impl Simulated for OneByOne<'_> {
-    fn differences(&self, vectors: &[Vec<f64>], tolerance: f64) -> Result<Vec<Vec<f64>>, Interrupted> {
-        let goes_on = |share| {
-            (self.told)(share);
-            true
-        };
-        let of_vector = |x: &Vec<f64>| {
-            let point = self.runs.point(x);
-            let each = |place| self.runs.differences(place, &point, tolerance, &goes_on);
-            self.runs.stacked(&(0..self.runs.segments.len()).map(each).collect::<Vec<_>>(), false)
-        };
-        Ok(vectors.iter().map(of_vector).collect())
     }
 }

@@ -122,6 +122,9 @@ pub trait Watch {
 
     /// Takes notice of how far a stage has come.
     fn done(&self, _text: &str) {}
+
+    /// Takes notice, before the first search, of parameters that the data hardly tell at the start values.
+    fn hidden(&self, _names: &[String]) {}
 }
 
 /// Nobody.

@@ -4,8 +4,9 @@ use std::collections::BTreeMap;
 
 use pneumatic_servo::models;
 use pneumatic_servo::numbers::random;
+use pneumatic_servo_fit::NoAnswer;
 use pneumatic_servo_fit::experiment::Options;
-use pneumatic_servo_fit::fitting::{Answer, NoAnswer, Question, fit};
+use pneumatic_servo_fit::fitting::{Answer, Question, fit};
 use pneumatic_servo_fit::record::Signals;
 use pneumatic_servo_fit::search::Unwatched;
 use pneumatic_servo_fit::verdict::{Light, verdict};

@@ -3,7 +3,7 @@
 use std::cell::Cell;
 
 use pneumatic_servo::numbers::random;
-use pneumatic_servo_fit::intervals::{bootstrap, certainty, hidden, linearised};
+use pneumatic_servo_fit::intervals::{Ends, bootstrap, certainty, hidden, linearised};
 use pneumatic_servo_fit::parameter::{Parameter, Values};
 use pneumatic_servo_fit::problem::{Interrupted, Problem, STEP, Segment, Simulated};
 use pneumatic_servo_fit::search::{FINE, Loss, ROUGH, Unwatched, Watch, refine, scattered, solve, with_likely_sensors};
@@ -95,7 +95,7 @@ fn intervals_hold_the_truth_as_often_as_they_promise() {
         assert!(found.converged, "{}", found.message);
         let ends = bootstrap(&linearised(&problem, &found.x).expect("nobody interrupts"), &found.x, 1, 200);
         let ends = ends.iter().zip(&parameters).map(|(ends, one)| ends.map(|end| one.outer(end)));
-        let sure = certainty(&problem, &found.x).expect("nobody interrupts");
+        let sure = certainty(&problem, &found.x, Ends::Jacobian).expect("nobody interrupts");
         assert!(sure.reasons.iter().all(Option::is_none), "{:?}", sure.reasons);
         for (place, (jacobian, bootstrap)) in sure.intervals.iter().zip(ends).enumerate() {
             let truth = [2.0, 0.7][place];
@@ -138,7 +138,7 @@ fn a_bound_holds_and_is_named() {
     let problem = curve.problem(0);
     let found = refine(&problem, &problem.start(), Loss::Linear, FINE, &Unwatched).expect("nobody interrupts");
     assert!(parameters[0].outer(found.x[0]) <= 1.5);
-    let sure = certainty(&problem, &found.x).expect("nobody interrupts");
+    let sure = certainty(&problem, &found.x, Ends::Jacobian).expect("nobody interrupts");
     assert_eq!(sure.reasons, [Some("it is at a bound"), None]);
 }
 
@@ -149,7 +149,7 @@ fn parameters_that_only_act_together_are_not_identifiable() {
     let curve = Curve::new(product, &parameters, &[2.0, 3.0, 1.0], &[0.0], 1);
     let problem = curve.problem(0);
     let found = solve(&problem, 4, 0, Loss::Linear, &Unwatched).expect("nobody interrupts");
-    let sure = certainty(&problem, &found.x).expect("nobody interrupts");
+    let sure = certainty(&problem, &found.x, Ends::Jacobian).expect("nobody interrupts");
     let is_named: Vec<bool> = sure.reasons.iter().map(Option::is_some).collect();
     assert_eq!(is_named, [true, true, false]);
     assert_eq!(hidden(&problem).expect("nobody interrupts"), sure.reasons);

@@ -10,17 +10,16 @@ use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
 use pneumatic_servo::model;
 use pneumatic_servo_fit::candidates::{self, Named};
 use pneumatic_servo_fit::experiment::{
-    self, Balance, Begin, Forces, Given, Inputs, KINDS, Kind, MeasuredSegment, OfRecord, Options, Whole, of_kind,
+    self, Begin, Forces, Given, Inputs, KINDS, Kind, MeasuredSegment, OfRecord, Options, Whole, of_kind,
 };
-use pneumatic_servo_fit::guess::{self, Law};
 use pneumatic_servo_fit::law;
-use pneumatic_servo_fit::parameter::{Parameter, Values};
+use pneumatic_servo_fit::parameter::Values;
 use pneumatic_servo_fit::plausibility::{self, Facts, Finding, Remedy, Source, Written};
 use pneumatic_servo_fit::record::{Record, Signals};
 use pyo3::prelude::*;
 
 use crate::failure::refused;
-use crate::fit::ties_of;
+use crate::fit::{Free, free, ties_of};
 use crate::model::Model;
 use crate::own;
 
@@ -31,15 +30,13 @@ type ReadFlags<'py> = PyReadonlyArray1<'py, bool>;
 type Courses<'py> = BTreeMap<String, Read<'py>>;
 type Made<'py> = BTreeMap<String, Array<'py>>;
 /// Times in s, time of the table that is 0, and signals.
-type Measured<'py> = (Read<'py>, f64, Courses<'py>);
+pub type Measured<'py> = (Read<'py>, f64, Courses<'py>);
 /// Load factor 1 in N, width in s, play in m, length in s, course of inputs, and whether forces are smoothed.
-type Chosen = (f64, f64, Option<f64>, Option<f64>, String, bool);
-/// Name, SI unit, start, lower and upper bound, scale, and the smallest and largest value that the model accepts.
-type Defined = (String, String, f64, f64, f64, f64, f64, f64);
+type Chosen = (f64, f64, Option<f64>, Option<f64>, Option<String>, Option<bool>);
 /// First sample, signals made ready, compared samples, validation data, start values, and names of the estimated ones.
 type Cut<'py> = (usize, Made<'py>, Flags<'py>, Flags<'py>, Values, Vec<String>);
 /// Settings, names of properties of sensors, choices, and whether a wrong clock shows.
-type Suspects = (Vec<Defined>, Vec<String>, Vec<(String, String, Vec<String>)>, bool);
+type Suspects = (Vec<Free>, Vec<String>, Vec<(String, String, Vec<String>)>, bool);
 
 /// Kind, signals, unit, values and samples of a remedy.
 type Remedied = (&'static str, Vec<String>, String, Vec<(String, f64)>, Vec<usize>);
@@ -50,28 +47,20 @@ type Found = (String, Vec<Remedied>, bool);
 pub fn fill(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<Experiment>()?;
     module.add_class::<Segment>()?;
-    module.add_function(wrap_pyfunction!(bench_parameter, module)?)?;
-    module.add_function(wrap_pyfunction!(deflection, module)?)?;
-    module.add_function(wrap_pyfunction!(element_ends, module)?)?;
-    module.add_function(wrap_pyfunction!(element_starts, module)?)?;
     module.add_function(wrap_pyfunction!(experiments, module)?)?;
-    module.add_function(wrap_pyfunction!(friction_levels, module)?)?;
-    module.add_function(wrap_pyfunction!(model_parameter, module)?)?;
     module.add_function(wrap_pyfunction!(outliers, module)?)?;
-    module.add_function(wrap_pyfunction!(presliding, module)?)?;
-    module.add_function(wrap_pyfunction!(sensor_parameter, module)?)?;
     module.add_function(wrap_pyfunction!(usual_parameters, module)?)
 }
 
 /// An experiment with measured signals.
-#[pyclass(frozen)]
+#[pyclass(frozen, module = "pneumatic_servo._native")]
 pub struct Experiment {
     /// The experiment.
-    pub inner: Box<dyn experiment::Experiment>,
+    pub inner: Arc<dyn experiment::Experiment>,
 }
 
 /// A segment of a record.
-#[pyclass(frozen)]
+#[pyclass(frozen, module = "pneumatic_servo._native")]
 pub struct Segment {
     /// The segment; its start values are given beside it.
     pub inner: MeasuredSegment,
@@ -85,8 +74,8 @@ fn model_of(name: &str) -> PyResult<&'static model::Model> {
 impl Experiment {
     #[new]
     fn new(name: &str, law: i32, known: Values, signals: Vec<String>, options: Chosen) -> PyResult<Self> {
-        let (rated, width, play, length, inputs, smooths) = options;
-        let inputs = Inputs::from_str(&inputs).map_err(|why| refused(why.0))?;
+        let (rated, width, play, length, inputs, smoothing) = options;
+        let inputs = inputs.map(|name| Inputs::from_str(&name).map_err(|why| refused(why.0))).transpose()?;
         let kind = Kind::of_name(name).map_err(|why| refused(why.0))?;
         let given = Given {
             kind,
@@ -96,20 +85,26 @@ impl Experiment {
             law,
             known,
             signals: signals.into_iter().collect(),
-            options: Options { rated, width, play, length, inputs, smooths },
+            options: Options { rated, width, play, length, inputs, smoothing },
         };
-        Ok(Self { inner: of_kind(given).map_err(|why| refused(why.0))? })
+        Ok(Self { inner: of_kind(given).map_err(|why| refused(why.0))?.into() })
     }
 
-    /// Refuses to estimate a parameter of the machine that it does without.
-    fn check_estimated(&self, name: &str) -> PyResult<()> {
-        experiment::check_estimated(&*self.inner, name).map_err(|why| refused(why.0))
+    /// What is sent to other processes.
+    #[expect(clippy::type_complexity, reason = "the arguments it is made with")]
+    fn __reduce__<'py>(
+        &self,
+        py: Python<'py>,
+    ) -> (Bound<'py, PyAny>, (&'static str, i32, Values, Vec<String>, Chosen)) {
+        let Given { kind, law, known, signals, options, .. } = self.inner.given().clone();
+        let Options { rated, width, play, length, inputs, smoothing } = options;
+        let chosen = (rated, width, play, length, inputs.map(|course| course.name().to_owned()), smoothing);
+        (py.get_type::<Self>().into_any(), (kind.name, law, known, signals.into_iter().collect(), chosen))
     }
 
-    /// Its balance of forces, if measured forces move a mass.
-    fn balance(&self) -> Option<Self> {
-        let balance = Balance::of(self.inner.given())?;
-        Some(Self { inner: Box::new(balance) })
+    /// A parameter that may be estimated, by its name.
+    fn parameter(&self, name: &str) -> PyResult<Free> {
+        experiment::parameter(&*self.inner, name).map(free).map_err(|why| refused(why.0))
     }
 
     /// Signals that are compared.
@@ -151,19 +146,13 @@ impl Experiment {
     /// Names of properties of sensors.
     #[getter]
     fn sensors(&self) -> Vec<String> {
-        candidates::sensors(&*self.inner)
+        experiment::sensors(&*self.inner)
     }
 
     /// Names of properties of a bench that its model does not have.
     #[getter]
     fn of_bench(&self) -> Vec<&'static str> {
         self.inner.of_bench()
-    }
-
-    /// Whether measured forces move a mass.
-    #[getter]
-    fn is_pushed(&self) -> bool {
-        Balance::of(self.inner.given()).is_some()
     }
 
     /// Samples at which a measured position does not change by more than its noise.
@@ -194,19 +183,6 @@ impl Experiment {
             (first, made(py, segment.driven), used, is_validation, values, estimated)
         };
         (whole, segments.into_iter().map(cut).collect(), notes)
-    }
-
-    /// A whole record as a segment of the balance of forces: its record, signals made ready, and compared samples.
-    fn balanced<'py>(
-        &self,
-        py: Python<'py>,
-        record: Measured<'py>,
-        is_validation: ReadFlags<'py>,
-    ) -> Option<(Array<'py>, Made<'py>, Made<'py>, Flags<'py>)> {
-        let is_validation = is_validation.as_array().to_vec();
-        let segment = Balance::of(self.inner.given())?.segment(&record_of(&record), &is_validation);
-        let Record { time, signals, .. } = segment.record;
-        Some((array(py, time), made(py, signals), made(py, segment.driven), segment.used.into_pyarray(py)))
     }
 
     /// Values with those of parameters that follow from others.
@@ -277,7 +253,7 @@ impl Experiment {
     fn suspects(&self, estimated: Vec<String>) -> Suspects {
         let Named { settings, sensors, choices, has_clock } = candidates::named(&*self.inner, &estimated);
         let choices = choices.into_iter().map(|one| (one.name, one.fixed, one.others)).collect();
-        (settings.into_iter().map(defined).collect(), sensors, choices, has_clock)
+        (settings.into_iter().map(free).collect(), sensors, choices, has_clock)
     }
 }
 
@@ -300,9 +276,26 @@ impl Segment {
             inner: MeasuredSegment { record, driven, used, is_validation, begin: Begin::default(), number: 0, whole },
         }
     }
+
+    /// What is sent to other processes.
+    #[expect(clippy::type_complexity, reason = "the arguments it is made with")]
+    fn __reduce__<'py>(
+        &self,
+        py: Python<'py>,
+    ) -> (
+        Bound<'py, PyAny>,
+        ((Array<'py>, f64, Made<'py>), Made<'py>, Flags<'py>, Flags<'py>, (f64, Array<'py>, Made<'py>)),
+    ) {
+        let MeasuredSegment { record, driven, used, is_validation, whole, .. } = self.inner.clone();
+        let record = (array(py, record.time), record.begin, made(py, record.signals));
+        let whole = (whole.begin, array(py, whole.grid.clone()), made(py, whole.driven.clone()));
+        let [used, is_validation] = [used, is_validation].map(|flags| flags.into_pyarray(py));
+        (py.get_type::<Self>().into_any(), (record, made(py, driven), used, is_validation, whole))
+    }
 }
 
-fn record_of((time, begin, signals): &Measured<'_>) -> Record {
+/// A record of its signals.
+pub fn record_of((time, begin, signals): &Measured<'_>) -> Record {
     Record::new(time.as_array().to_vec(), *begin, plain(signals))
 }
 
@@ -316,11 +309,6 @@ fn array(py: Python<'_>, values: Vec<f64>) -> Array<'_> {
 
 fn made(py: Python<'_>, signals: Signals) -> Made<'_> {
     signals.into_iter().map(|(name, course)| (name, array(py, course))).collect()
-}
-
-fn defined(one: Parameter) -> Defined {
-    let ([low, high], [least, most]) = (one.bounds, one.legal);
-    (one.name, one.unit, one.start, low, high, one.scale, least, most)
 }
 
 fn told(finding: Finding) -> Found {
@@ -350,73 +338,8 @@ pub fn experiments() -> Vec<(&'static str, Vec<&'static str>, &'static str, &'st
     KINDS.iter().map(|kind| (kind.name, kind.required.to_vec(), kind.table, kind.simulated)).collect()
 }
 
-/// A real parameter of a model as an estimated one; nothing for another variable.
-#[pyfunction]
-pub fn model_parameter(model: &Model, name: &str) -> Option<Defined> {
-    let entry = model.model.table().find(name)?;
-    Parameter::of_variable(entry.variable).map(defined)
-}
-
-/// The gain, offset, delay or lag of the sensor of a signal in an SI unit as an estimated parameter; nothing for another kind.
-#[pyfunction]
-pub fn sensor_parameter(kind: &str, signal: &str, unit: &str) -> Option<Defined> {
-    Parameter::of_sensor(kind, signal, unit).map(defined)
-}
-
-/// A property of a test bench as an estimated parameter; nothing for another name.
-#[pyfunction]
-pub fn bench_parameter(name: &str) -> Option<Defined> {
-    Parameter::of_bench(name).map(defined)
-}
-
 /// Parameters of a law that a fit usually estimates.
 #[pyfunction]
 pub fn usual_parameters(model: &Model, law: i32, known: Values) -> Vec<String> {
     law::usual(model.model, law, &known)
-}
-
-/// Starts of estimated parameters, names and units, from a map of friction over speed and load factor.
-#[pyfunction]
-#[expect(clippy::too_many_arguments, reason = "the Python package calls it")]
-pub fn friction_levels(
-    law: &str,
-    group: &str,
-    fixed_static: Option<f64>,
-    bristles: f64,
-    own: Vec<(String, String)>,
-    speed: Read<'_>,
-    force: Read<'_>,
-    level: Read<'_>,
-    length: f64,
-) -> Values {
-    let own: Vec<(&str, &str)> = own.iter().map(|(name, unit)| (name.as_str(), unit.as_str())).collect();
-    let [speed, force, level] = [speed, force, level].map(|values| values.as_array().to_vec());
-    let law = Law { name: law, group, fixed_static, bristles };
-    guess::levels(law, &own, &Forces { speed, force, level }, length)
-}
-
-/// Presliding length in m, of the longest stroke that is measured.
-#[pyfunction]
-#[pyo3(signature = (longest=None))]
-pub fn presliding(longest: Option<f64>) -> f64 {
-    guess::presliding(longest)
-}
-
-/// Deflections in m at which elements slip, over a stroke.
-#[pyfunction]
-pub fn element_ends(py: Python<'_>, stroke: f64, number: usize) -> Array<'_> {
-    array(py, guess::ends(stroke, number))
-}
-
-/// Starts of parameters of a law with elements of stiffnesses that slip at deflections.
-#[pyfunction]
-#[pyo3(signature = (law, group, ends, stiffness, fixed_level=None))]
-pub fn element_starts(law: &str, group: &str, ends: Read<'_>, stiffness: Read<'_>, fixed_level: Option<f64>) -> Values {
-    guess::elements(law, group, &ends.as_array().to_vec(), stiffness.as_array().to_vec(), fixed_level)
-}
-
-/// Deflection of an element that slips at an end.
-#[pyfunction]
-pub fn deflection<'py>(py: Python<'py>, position: Read<'py>, end: f64) -> Array<'py> {
-    array(py, guess::deflection(&position.as_array().to_vec(), end))
 }

@@ -1,27 +1,34 @@
 //! Least squares and intervals of the crate `fit`.
 
 use std::collections::BTreeMap;
-use std::sync::Mutex;
+use std::sync::{Arc, Mutex};
+use std::time::Instant;
 
 use numpy::ndarray::{Array1, Array2, ShapeBuilder};
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
-use pneumatic_servo_fit::causes::{self, Candidates, Cause, Change, Changeable, Choice};
-use pneumatic_servo_fit::experiment::{Begin, MeasuredSegment};
+use pneumatic_servo_fit::NoAnswer;
+use pneumatic_servo_fit::causes::{self, Candidates, Cause, Choice};
+use pneumatic_servo_fit::driver::{Reached, Search};
+use pneumatic_servo_fit::experiment::{Begin, Inputs, MeasuredSegment};
 use pneumatic_servo_fit::expression::{Expression, NoExpression, Tie};
-use pneumatic_servo_fit::intervals::{self, Linear};
+use pneumatic_servo_fit::guess::started;
+use pneumatic_servo_fit::intervals::{self, Certainty, Ends, Linear};
 use pneumatic_servo_fit::jacobian::{jacobian, sensitivities};
 use pneumatic_servo_fit::matrix::{DMatrix, from_rows};
 use pneumatic_servo_fit::parameter::{Parameter, Values};
-use pneumatic_servo_fit::problem::{Interrupted, Problem, Simulated};
-use pneumatic_servo_fit::runs::{Given, Point, Runs, Underivable};
-use pneumatic_servo_fit::search::{self, Effort, Loss, Solution, Watch, refine, scattered, solve, with_likely_sensors};
+use pneumatic_servo_fit::problem::{Interrupted, Problem, TOLERANCE};
+use pneumatic_servo_fit::runs::Given;
+use pneumatic_servo_fit::search::{self, Effort, Loss, Solution, Unwatched, Watch, refine, scattered};
 use pneumatic_servo_fit::sensor::Sensor;
+use pneumatic_servo_fit::simulation::{Piece, Simulation, Underivable, Workers};
 use pneumatic_servo_fit::smoothing;
-use pyo3::exceptions::PyValueError;
+use pneumatic_servo_fit::study::{Source, Study};
+use pyo3::exceptions::{PyKeyboardInterrupt, PyValueError};
 use pyo3::prelude::*;
+use pyo3::types::PyCFunction;
 use rayon::prelude::*;
 
-use crate::experiment::{Experiment, Segment};
+use crate::experiment::{Experiment, Measured, Segment, record_of};
 use crate::failure::refused;
 use crate::many::{Stage, watched};
 use crate::threads::pool;
@@ -32,8 +39,9 @@ type Matrix<'py> = Bound<'py, PyArray2<f64>>;
 type Found<'py> = (Vector<'py>, f64, bool, String);
 /// Noise, step of the converter, and whether readings are ranges.
 type Noise = (f64, f64, bool);
-/// Name, SI unit, start, lower and upper bound, scale, and whether the user gave the bounds.
-type Free = (String, String, f64, f64, f64, f64, bool);
+/// Name, SI unit, start, lower and upper bound, scale, whether the user gave the start and the bounds, and the smallest and largest
+/// value that the model accepts.
+pub type Free = (String, String, f64, f64, f64, f64, bool, bool, f64, f64);
 /// Name, text, value and interval, item, signal, share of its squares, decrease of the sum of squares, causes alike, and whether
 /// it is a sensor.
 type Told = (String, String, Option<(f64, f64, f64)>, Option<String>, String, f64, f64, Vec<String>, bool);
@@ -43,40 +51,34 @@ type Linearised<'py> = (Matrix<'py>, Vector<'py>, Vec<usize>, Vec<usize>);
 /// Adds what the Python package uses of the crate.
 pub fn fill(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<LeastSquares>()?;
-    module.add_function(wrap_pyfunction!(bootstrap, module)?)?;
     module.add_function(wrap_pyfunction!(converter, module)?)?;
     module.add_function(wrap_pyfunction!(covariance, module)?)?;
     module.add_function(wrap_pyfunction!(expression_names, module)?)?;
-    module.add_function(wrap_pyfunction!(follow, module)?)?;
     module.add_function(wrap_pyfunction!(is_quiet, module)?)?;
-    module.add_function(wrap_pyfunction!(low_pass, module)?)?;
     module.add_function(wrap_pyfunction!(noise, module)?)?;
-    module.add_function(wrap_pyfunction!(nonnegative, module)?)?;
-    module.add_function(wrap_pyfunction!(parabolas, module)?)?;
     module.add_function(wrap_pyfunction!(sensed, module)?)?;
     module.add_function(wrap_pyfunction!(sensor_of, module)?)?;
+    module.add_function(wrap_pyfunction!(slopes, module)?)?;
     module.add_function(wrap_pyfunction!(unseen, module)?)?;
     module.add_function(wrap_pyfunction!(with_noise_of, module)?)
 }
 
 /// A least-squares problem of measured segments.
-#[pyclass(frozen)]
+#[pyclass(frozen, module = "pneumatic_servo._native")]
 pub struct LeastSquares {
-    parameters: Vec<Parameter>,
-    experiment: Py<Experiment>,
-    segments: Vec<MeasuredSegment>,
-    sensors: Vec<Sensor>,
-    fixed: Values,
-    ties: Vec<Tie>,
-    choices: Choices,
+    study: Study,
+    /// Texts of the expressions of its ties.
+    texts: Vec<(String, String)>,
+    /// Threads.
+    workers: usize,
     /// Names by which a run had no derivative, and why.
     underivable: Mutex<Underivable>,
 }
 
 /// How segments are simulated.
-#[derive(Clone, Copy, FromPyObject)]
+#[derive(Clone, Copy, FromPyObject, IntoPyObject)]
 #[pyo3(from_item_all)]
-struct Choices {
+pub struct Choices {
     /// Step of the differences that make the Jacobian, in inner values.
     step: f64,
     /// Factor of all friction, where the load factor is an input of the model.
@@ -93,6 +95,40 @@ struct Choices {
 
 /// A segment, its start values, the names of those that are estimated, and the number of its record.
 type Placed = (Py<Segment>, Values, Vec<String>, usize);
+/// Lower and upper ends, correlations, and why the data do not determine parameters.
+type Certain<'py> = (Vector<'py>, Vector<'py>, Matrix<'py>, Vec<(String, &'static str)>);
+/// What [`LeastSquares`] is made of.
+type Made = (
+    Vec<Free>,
+    Experiment,
+    Vec<(Segment, Values, Vec<String>, usize)>,
+    Vec<Noise>,
+    Values,
+    Vec<(String, String)>,
+    Choices,
+);
+/// Name, signals, number of the table, and share of validation data of a record.
+type Recorded<'py> = (String, Measured<'py>, usize, f64);
+
+/// How far a search has come.
+#[derive(IntoPyObject)]
+pub struct Outcome<'py> {
+    /// Length in s of the segments, course of inputs, and whether forces are smoothed.
+    options: (Option<f64>, Option<&'static str>, Option<bool>),
+    /// Start and bounds of the parameters.
+    parameters: Vec<(f64, f64, f64)>,
+    /// Start values of all segments.
+    begins: Vec<Values>,
+    /// Sensors before and after the last search.
+    sensors: [Vec<Noise>; 2],
+    /// How segments are simulated.
+    choices: Choices,
+    best: Option<Found<'py>>,
+    notes: Vec<String>,
+    other_form: Option<Told>,
+    is_interrupted: bool,
+}
+
 /// Differences of a segment by signal.
 type BySignal<'py> = BTreeMap<&'static str, Vector<'py>>;
 
@@ -115,16 +151,109 @@ impl LeastSquares {
             number,
             ..segment.get().inner.clone()
         };
-        Ok(Self {
-            parameters: parameters.into_iter().map(parameter).collect(),
-            experiment,
+        let Choices { step, scale, exactness, most, workers, is_exact } = choices;
+        let study = Study {
+            experiment: Arc::clone(&experiment.get().inner),
             segments: segments.into_iter().map(placed).collect(),
+            parameters: parameters.into_iter().map(parameter).collect(),
             sensors: sensors.into_iter().map(sensor).collect(),
             fixed,
-            ties: ties_of(ties)?,
-            choices,
-            underivable: Mutex::default(),
-        })
+            ties: ties_of(ties.clone())?,
+            step,
+            scale,
+            exactness,
+            most: most.unwrap_or(f64::INFINITY),
+            is_exact,
+            notes: vec![],
+        };
+        Ok(Self { study, texts: ties, workers, underivable: Mutex::default() })
+    }
+
+    /// What is sent to other processes.
+    fn __reduce__<'py>(&self, py: Python<'py>) -> (Bound<'py, PyAny>, Made) {
+        let Study { experiment, segments, parameters, sensors, fixed, .. } = &self.study;
+        let placed = |segment: &MeasuredSegment| {
+            let Begin { values, estimated } = segment.begin.clone();
+            (Segment { inner: segment.clone() }, values, estimated, segment.number)
+        };
+        let made = (
+            parameters.iter().cloned().map(free).collect(),
+            Experiment { inner: Arc::clone(experiment) },
+            segments.iter().map(placed).collect(),
+            sensors.iter().map(noise_of).collect(),
+            fixed.clone(),
+            self.texts.clone(),
+            choices_of(&self.study, self.workers),
+        );
+        (py.get_type::<Self>().into_any(), made)
+    }
+
+    /// The vector of the start values.
+    fn start<'py>(&self, py: Python<'py>) -> Vector<'py> {
+        Array1::from(self.study.start()).into_pyarray(py)
+    }
+
+    /// Number of the residuals.
+    fn size(&self) -> usize {
+        self.study.size()
+    }
+
+    /// Start and bounds of the parameters, as the data tell them.
+    fn started(&self) -> Vec<(f64, f64, f64)> {
+        let Study { experiment, segments, parameters, .. } = &self.study;
+        limits(&started(&**experiment, segments, parameters))
+    }
+
+    /// [`Search::run`]. `watch` hears of it: its `see` of the least mean square and the number of vectors, every so many seconds, its
+    /// `stage`, `done` and `hidden`. `solver` searches elsewhere, in place of the threads here: it gets a problem, the number of
+    /// starts, and a function that tells whether to stop.
+    #[expect(clippy::too_many_arguments, reason = "the Python package calls it")]
+    #[pyo3(signature = (sources, notes, starts, seed, loss, watch, every, solver=None))]
+    fn search<'py>(
+        &self,
+        py: Python<'py>,
+        sources: Vec<Recorded<'py>>,
+        notes: Vec<String>,
+        starts: usize,
+        seed: u64,
+        loss: &str,
+        watch: Option<Py<PyAny>>,
+        every: f64,
+        solver: Option<Py<PyAny>>,
+    ) -> PyResult<Option<Outcome<'py>>> {
+        let source = |(name, measured, number, validation): Recorded<'py>| {
+            let record = record_of(&measured);
+            Source { record, name, number, validation }
+        };
+        let sources: Vec<Source> = sources.into_iter().map(source).collect();
+        let study = Study { notes, ..self.study.clone() };
+        let (loss, watch) = (loss_of(loss)?, Observer::new(watch, every));
+        let (mut reached, stage) = (None, Arc::new(Stage::default()));
+        let ended = self.watched(py, &stage, |workers| {
+            let elsewhere = |study: &Study, starts, best: &dyn Watch| {
+                let solver = solver.as_ref().expect("only then it is asked");
+                let found = Python::attach(|py| self.elsewhere(py, solver, study, starts, &stage));
+                let (found, is_interrupted) = watch.keep(found)?;
+                best.see(&found.x, &Values::new(), 2.0 * found.cost / study.size() as f64)?;
+                if is_interrupted { Err(Interrupted) } else { Ok(found) }
+            };
+            let solver: Option<&pneumatic_servo_fit::driver::Solver<'_>> =
+                if solver.is_some() { Some(&elsewhere) } else { None };
+            Search { workers, sources: &sources, starts, seed, loss, solver }.run(study, &watch, &mut reached)
+        });
+        let ended =
+            match ended.map_err(Some).and_then(|ended| watch.raised().map_or(Ok(ended), |raised| Err(Some(raised)))) {
+                Ok(Err(NoAnswer::Refused(why))) => Err(Some(refused(why.0))),
+                Ok(Err(NoAnswer::Interrupted)) => Err(None),
+                Ok(Ok(())) => Ok(()),
+                Err(raised) => Err(raised),
+            };
+        let is_interrupted = match ended {
+            Ok(()) => false,
+            Err(Some(raised)) if !raised.is_instance_of::<PyKeyboardInterrupt>(py) => return Err(raised),
+            Err(_) => true,
+        };
+        Ok(reached.map(|reached| outcome(py, reached, is_interrupted, self.workers)))
     }
 
     /// Names by which a run had no derivative until now, and why.
@@ -135,64 +264,53 @@ impl LeastSquares {
 
     /// Values of parameters that a vector stands for.
     fn values(&self, x: Vec<f64>) -> Values {
-        self.runs().values(&x)
+        self.study.runs().values(&x)
     }
 
     /// Start values of the segments that a vector stands for.
     fn begins(&self, x: Vec<f64>) -> Vec<Values> {
-        self.runs().begins(&x)
+        self.study.runs().begins(&x)
     }
 
     /// Settings and inputs of the run of a segment.
     fn given<'py>(&self, py: Python<'py>, place: usize, x: Vec<f64>) -> (Values, BySignal<'py>) {
-        let runs = self.runs();
+        let runs = self.study.runs();
         let Given { settings, inputs } = runs.given(place, &runs.point(&x));
         (settings, inputs.into_iter().map(|(name, course)| (name, Array1::from(course).into_pyarray(py))).collect())
     }
 
     /// Variables of the model at the communication points of each segment.
-    fn recorded<'py>(
-        &self,
-        py: Python<'py>,
-        x: Vec<f64>,
-        tolerance: f64,
-        outputs: Vec<String>,
-    ) -> PyResult<Vec<Vec<Vector<'py>>>> {
+    fn recorded<'py>(&self, py: Python<'py>, x: Vec<f64>, outputs: Vec<String>) -> PyResult<Vec<Vec<Vector<'py>>>> {
         let names: Vec<&str> = outputs.iter().map(String::as_str).collect();
-        let every = self.abreast(py, &Observer::new(None, None), |simulated| {
-            let point = simulated.runs.point(&x);
-            simulated.each(self.segments.len(), |place, goes_on| {
-                let given = simulated.runs.given(place, &point);
-                simulated.runs.recorded(place, &given, &names, tolerance, goes_on).outputs
+        let every = self.abreast(py, |simulated| {
+            let (runs, point) = (&simulated.runs, simulated.runs.point(&x));
+            simulated.by_segment(|place, goes_on| {
+                let given = runs.given(place, &point);
+                runs.recorded(place, &given, &names, TOLERANCE, goes_on).outputs
             })
         })?;
         let told = |courses: Vec<Vec<f64>>| courses.into_iter().map(|course| course.into_pyarray(py)).collect();
         Ok(every.into_iter().map(told).collect())
     }
 
-    /// Solver steps that no run of a vector should take more than.
-    fn limit(&self, py: Python<'_>, x: Vec<f64>, tolerance: f64) -> PyResult<f64> {
-        self.abreast(py, &Observer::new(None, None), |simulated| {
-            let mut runs = simulated.runs.clone();
-            runs.limit_work(&x, tolerance, &|_| !simulated.stage.is_halted());
-            Ok(runs.most)
-        })
+    /// Solver steps that no run should take more than.
+    fn limit(&self, py: Python<'_>) -> PyResult<f64> {
+        let bounded = self.watched(py, &Stage::default(), |threads| self.study.clone().bounded(threads))?;
+        bounded.map(|study| study.most).map_err(|Interrupted| refused("interrupted"))
     }
 
     /// Why a vector cannot be simulated; nothing if it can be.
-    fn refusal(&self, x: Vec<f64>, tolerance: f64) -> Option<String> {
-        self.runs().refusal(&x, tolerance).map(|why| why.0)
+    fn refusal(&self, x: Vec<f64>) -> Option<String> {
+        self.study.runs().refusal(&x, TOLERANCE).map(|why| why.0)
     }
 
     /// Measured minus simulated values of a vector at all samples, for each segment by signal; NaN where a run failed.
-    fn differences<'py>(&self, py: Python<'py>, x: Vec<f64>, tolerance: f64) -> PyResult<Vec<BySignal<'py>>> {
-        let every = self.abreast(py, &Observer::new(None, None), |simulated| {
-            let point = simulated.runs.point(&x);
-            simulated.each(self.segments.len(), |place, goes_on| {
-                simulated.runs.differences(place, &point, tolerance, goes_on)
-            })
+    fn differences<'py>(&self, py: Python<'py>, x: Vec<f64>) -> PyResult<Vec<BySignal<'py>>> {
+        let every = self.abreast(py, |simulated| {
+            let (runs, point) = (&simulated.runs, simulated.runs.point(&x));
+            simulated.by_segment(|place, goes_on| runs.differences(place, &point, TOLERANCE, goes_on))
         })?;
-        let compared = self.experiment.get().inner.compared();
+        let compared = self.study.experiment.compared();
         let by_signal = |signals: Vec<Vec<f64>>| {
             let pair = |(name, course): (&&'static str, Vec<f64>)| (*name, Array1::from(course).into_pyarray(py));
             compared.iter().zip(signals).map(pair).collect()
@@ -202,82 +320,35 @@ impl LeastSquares {
 
     /// Measured minus simulated values of vectors, of shape (vectors, samples), at fitted samples or at those of validation data:
     /// segment by segment, in it signal by signal.
-    fn stacked<'py>(
-        &self,
-        py: Python<'py>,
-        vectors: Vec<Vec<f64>>,
-        tolerance: f64,
-        is_validation: bool,
-    ) -> PyResult<Matrix<'py>> {
-        let rows = self.abreast(py, &Observer::new(None, None), |it| it.stacked(&vectors, tolerance, is_validation))?;
+    fn stacked<'py>(&self, py: Python<'py>, vectors: Vec<Vec<f64>>, is_validation: bool) -> PyResult<Matrix<'py>> {
+        let rows = self.abreast(py, |it| it.stacked(&vectors, TOLERANCE, is_validation))?;
         PyArray2::from_vec2(py, &rows).map_err(refused)
     }
 
     /// [`refine`]; an effort is relative changes of cost and vector, the tolerance, and whether derivatives are central and the
-    /// search gives up. `see` hears of each vector and its mean square.
+    /// search gives up.
     fn refine<'py>(
         &self,
         py: Python<'py>,
         start: Vec<f64>,
         loss: &str,
         effort: (f64, f64, f64, bool, bool),
-        see: Option<Py<PyAny>>,
     ) -> PyResult<Found<'py>> {
         let (cost, step, tolerance, is_central, gives_up) = effort;
         let effort = Effort { cost, step, tolerance, is_central, gives_up };
         let loss = loss_of(loss)?;
-        let watch = Observer::new(see, None);
-        Ok(told(py, self.with(py, &watch, |problem| refine(problem, &start, loss, effort, &watch))?))
-    }
-
-    /// [`solve`]; `done` hears how far it is.
-    #[pyo3(signature = (starts, seed, loss, see=None, done=None))]
-    fn solve<'py>(
-        &self,
-        py: Python<'py>,
-        starts: usize,
-        seed: u64,
-        loss: &str,
-        see: Option<Py<PyAny>>,
-        done: Option<Py<PyAny>>,
-    ) -> PyResult<Found<'py>> {
-        let loss = loss_of(loss)?;
-        let watch = Observer::new(see, done);
-        Ok(told(py, self.with(py, &watch, |problem| solve(problem, starts, seed, loss, &watch))?))
-    }
-
-    /// [`with_likely_sensors`]: the sensors, and the solution with them.
-    #[pyo3(signature = (x, cost, loss, see=None, stage=None))]
-    fn weighed<'py>(
-        &self,
-        py: Python<'py>,
-        x: Vec<f64>,
-        cost: f64,
-        loss: &str,
-        see: Option<Py<PyAny>>,
-        stage: Option<Py<PyAny>>,
-    ) -> PyResult<(Vec<Noise>, Found<'py>)> {
-        let loss = loss_of(loss)?;
-        let watch = Observer::new(see, stage);
-        let best = Solution { x, cost, converged: true, message: String::new() };
-        let (sensors, found) = self.with(py, &watch, |problem| {
-            let (fitted, found) = with_likely_sensors(problem.clone(), best, loss, &watch)?;
-            Ok((fitted.sensors, found))
-        })?;
-        Ok((sensors.iter().map(|one| (one.noise, one.step, one.is_coarse)).collect(), told(py, found)))
+        Ok(told(py, self.with(py, |problem| refine(problem, &start, loss, effort, &Unwatched))?))
     }
 
     /// [`scattered`].
     fn scattered<'py>(&self, py: Python<'py>, number: usize, seed: u64) -> PyResult<Vec<Vector<'py>>> {
-        let watch = Observer::new(None, None);
-        let found = self.with(py, &watch, |problem| Ok(scattered(problem, number, seed)))?;
+        let found = self.with(py, |problem| Ok(scattered(problem, number, seed)))?;
         Ok(found.into_iter().map(|x| Array1::from(x).into_pyarray(py)).collect())
     }
 
     /// Sums of the squares of the residuals of vectors.
     fn costs(&self, py: Python<'_>, vectors: Vec<Vec<f64>>) -> PyResult<Vec<f64>> {
-        let watch = Observer::new(None, None);
-        self.with(py, &watch, |problem| search::costs(problem, &vectors))
+        self.with(py, |problem| search::costs(problem, &vectors))
     }
 
     /// Derivatives of the differences, and the differences; with `of_residuals` derivatives of the residuals.
@@ -285,15 +356,13 @@ impl LeastSquares {
         &self,
         py: Python<'py>,
         x: Vec<f64>,
-        tolerance: f64,
         is_central: bool,
         of_residuals: bool,
     ) -> PyResult<(Matrix<'py>, Vector<'py>)> {
-        let watch = Observer::new(None, None);
-        let (slopes, base) = self.with(py, &watch, |problem| {
-            let base = problem.simulated.differences(std::slice::from_ref(&x), tolerance)?.swap_remove(0);
+        let (slopes, base) = self.with(py, |problem| {
+            let base = problem.simulated.differences(std::slice::from_ref(&x), TOLERANCE)?.swap_remove(0);
             let of = if of_residuals { jacobian } else { sensitivities };
-            Ok((of(problem, &x, &base, tolerance, is_central)?, base))
+            Ok((of(problem, &x, &base, TOLERANCE, is_central)?, base))
         })?;
         Ok((matrix(py, slopes), Array1::from(base).into_pyarray(py)))
     }
@@ -310,82 +379,100 @@ impl LeastSquares {
         has_clock: bool,
         is_noise: bool,
     ) -> PyResult<Vec<Told>> {
-        let watch = Observer::new(None, None);
         let of = |every: Vec<Free>| every.into_iter().map(parameter).collect();
         let choice = |(name, fixed, others)| Choice { name, fixed, others };
         let choices = choices.into_iter().map(choice).collect();
         let candidates = Candidates { settings: of(settings), sensors: of(sensors), choices, has_clock };
-        let found = self.abreast(py, &watch, |simulated| {
-            causes::causes(simulated, &candidates, &self.problem(simulated), &x, is_noise)
+        let found = self.abreast(py, |simulated| {
+            causes::causes(simulated, &candidates, &self.study.problem(simulated), &x, is_noise)
         })?;
-        let told = |Cause { name, text, estimate, item, signal, share, gain, alike, is_sensor }| {
-            let estimate = estimate.map(|(value, [low, high])| (value, low, high));
-            (name, text, estimate, item, signal, share, gain, alike, is_sensor)
-        };
-        Ok(found.into_iter().map(told).collect())
+        Ok(found.into_iter().map(of_cause).collect())
+    }
+
+    /// [`intervals::certainty`]: lower and upper ends, correlations, and why the data do not determine a parameter. Ends come from the
+    /// Jacobian, from a number of draws of the bootstrap, or are given.
+    fn certainty<'py>(
+        &self,
+        py: Python<'py>,
+        x: Vec<f64>,
+        seed: u64,
+        draws: Option<usize>,
+        given: Option<Vec<[f64; 2]>>,
+    ) -> PyResult<Certain<'py>> {
+        let of_draws = |draws: Option<usize>| draws.map_or(Ends::Jacobian, |draws| Ends::Bootstrap(seed, draws));
+        let ends = given.map_or_else(|| of_draws(draws), Ends::Given);
+        let Certainty { intervals, correlation, reasons } =
+            self.with(py, |problem| intervals::certainty(problem, &x, ends))?;
+        let [low, high] =
+            [0, 1].map(|end| intervals.iter().map(|ends| ends[end]).collect::<Array1<f64>>().into_pyarray(py));
+        let named = self.study.parameters.iter().zip(reasons);
+        let reasons = named.filter_map(|(one, reason)| Some((one.name.clone(), reason?))).collect();
+        Ok((low, high, matrix(py, correlation), reasons))
+    }
+
+    /// Parameters whose values have run to a bound, and the bounds.
+    fn at_bounds(&self, x: Vec<f64>) -> Vec<(String, f64)> {
+        let parameters = &self.study.parameters;
+        let named = |(place, bound): (usize, f64)| (parameters[place].name.clone(), bound);
+        intervals::at_bounds(parameters, &x).into_iter().map(named).collect()
     }
 
     /// [`intervals::linearised`].
     fn linearised<'py>(&self, py: Python<'py>, x: Vec<f64>) -> PyResult<Linearised<'py>> {
-        let watch = Observer::new(None, None);
         let Linear { derivatives, scores, blocks, records } =
-            self.with(py, &watch, |problem| intervals::linearised(problem, &x))?;
+            self.with(py, |problem| intervals::linearised(problem, &x))?;
         Ok((matrix(py, derivatives), Array1::from(scores).into_pyarray(py), blocks, records))
     }
 }
 
 impl LeastSquares {
-    fn runs(&self) -> Runs<'_> {
-        Runs {
-            fixed: self.fixed.clone(),
-            ties: &self.ties,
-            scale: self.choices.scale,
-            exactness: self.choices.exactness,
-            most: self.choices.most.unwrap_or(f64::INFINITY),
-            ..Runs::new(&*self.experiment.get().inner, &self.segments, self.parameters.clone())
-        }
+    /// Does something with a simulator on threads, while this one waits for an interrupt.
+    fn watched<T: Send>(
+        &self,
+        py: Python<'_>,
+        stage: &Stage,
+        work: impl FnOnce(&Threads<'_>) -> T + Send,
+    ) -> PyResult<T> {
+        let pool = pool(self.workers)?;
+        let threads = Threads { pool: &pool, stage, underivable: &self.underivable };
+        let (found, ended) = py.detach(|| watched(stage, crate::watch::Watch::new(None), || work(&threads)));
+        ended.map(|()| found)
     }
 
-    fn problem<'a>(&self, simulated: &'a Abreast<'_>) -> Problem<'a> {
-        Problem {
-            parameters: self.parameters.clone(),
-            segments: simulated.runs.layout(),
-            sensors: self.sensors.clone(),
-            simulated,
-            step: self.choices.step,
-        }
-    }
-
-    /// Does something with the simulation on threads, while this one waits for an interrupt; what Python has raised meanwhile is
-    /// raised.
+    /// Does something with the simulation.
     fn abreast<T: Send>(
         &self,
         py: Python<'_>,
-        watch: &Observer,
-        work: impl FnOnce(&Abreast<'_>) -> Result<T, Interrupted> + Send,
+        work: impl FnOnce(&Simulation<'_>) -> Result<T, Interrupted> + Send,
     ) -> PyResult<T> {
-        let (pool, stage) = (pool(self.choices.workers)?, Stage::default());
-        let (found, ended) = py.detach(|| {
-            watched(&stage, crate::watch::Watch::new(None), || {
-                let (runs, is_exact, underivable) = (self.runs(), self.choices.is_exact, &self.underivable);
-                work(&Abreast { runs, pool: &pool, stage: &stage, is_exact, underivable })
-            })
-        });
-        ended?;
-        match watch.raised.lock().expect("no thread has panicked").take() {
-            Some(raised) => Err(raised),
-            None => found.map_err(|Interrupted| refused("interrupted")),
-        }
+        let found = self.watched(py, &Stage::default(), |threads| work(&self.study.simulation(threads)))?;
+        found.map_err(|Interrupted| refused("interrupted"))
     }
 
     /// Does something with the problem.
     fn with<T: Send>(
         &self,
         py: Python<'_>,
-        watch: &Observer,
         work: impl FnOnce(&Problem<'_>) -> Result<T, Interrupted> + Send,
     ) -> PyResult<T> {
-        self.abreast(py, watch, |simulated| work(&self.problem(simulated)))
+        self.abreast(py, |simulated| work(&self.study.problem(simulated)))
+    }
+
+    /// Lets a function of Python search from several starts, with one thread for each of its tasks.
+    fn elsewhere(
+        &self,
+        py: Python<'_>,
+        solver: &Py<PyAny>,
+        study: &Study,
+        starts: usize,
+        stage: &Arc<Stage>,
+    ) -> PyResult<(Solution, bool)> {
+        let own = Self { study: study.clone(), texts: self.texts.clone(), workers: 1, underivable: Mutex::default() };
+        let stage = Arc::clone(stage);
+        let is_halted = PyCFunction::new_closure(py, None, None, move |_, _| stage.is_halted())?;
+        let found = solver.call1(py, (own, starts, is_halted))?;
+        let (x, cost, converged, message, is_interrupted): (Vec<f64>, _, _, _, _) = found.extract(py)?;
+        Ok((Solution { x, cost, converged, message }, is_interrupted))
     }
 }
 
@@ -401,82 +488,45 @@ pub fn ties_of(given: Vec<(String, String)>) -> PyResult<Vec<Tie>> {
     given.into_iter().map(tie).collect()
 }
 
-/// Segments that are simulated side by side.
-struct Abreast<'a> {
-    runs: Runs<'a>,
+/// Threads, while the one that Python waits in looks for an interrupt.
+struct Threads<'a> {
     pool: &'a rayon::ThreadPool,
     stage: &'a Stage,
-    is_exact: bool,
     underivable: &'a Mutex<Underivable>,
 }
 
-impl Abreast<'_> {
-    /// Does pieces of work, each of which asks now and then whether to go on.
-    fn each<T: Send>(
-        &self,
-        count: usize,
-        work: impl Fn(usize, &dyn Fn(f64) -> bool) -> T + Sync,
-    ) -> Result<Vec<T>, Interrupted> {
+impl Workers for Threads<'_> {
+    fn each(&self, count: usize, work: &Piece<'_>) -> Result<(), Interrupted> {
         let goes_on = |_| !self.stage.is_halted();
-        let found = self.pool.install(|| (0..count).into_par_iter().map(|place| work(place, &goes_on)).collect());
-        if self.stage.is_halted() { Err(Interrupted) } else { Ok(found) }
+        self.pool.install(|| (0..count).into_par_iter().for_each(|place| work(place, &goes_on)));
+        if self.stage.is_halted() { Err(Interrupted) } else { Ok(()) }
     }
 
-    fn stacked(&self, vectors: &[Vec<f64>], tolerance: f64, is_validation: bool) -> Result<Vec<Vec<f64>>, Interrupted> {
-        let number = self.runs.segments.len();
-        let points: Vec<Point> = vectors.iter().map(|x| self.runs.point(x)).collect();
-        let every = self.each(number * vectors.len(), |piece, goes_on| {
-            self.runs.differences(piece % number, &points[piece / number], tolerance, goes_on)
-        })?;
-        Ok(every.chunks(number.max(1)).map(|own| self.runs.stacked(own, is_validation)).collect())
+    fn underivable(&self, mut names: Underivable) {
+        self.underivable.lock().expect("no thread has panicked").append(&mut names);
     }
 }
 
-impl Simulated for Abreast<'_> {
-    fn differences(&self, vectors: &[Vec<f64>], tolerance: f64) -> Result<Vec<Vec<f64>>, Interrupted> {
-        self.stacked(vectors, tolerance, false)
-    }
-
-    fn near(&self, x: &[f64], vectors: &[Vec<f64>], tolerance: f64) -> Result<Vec<Vec<f64>>, Interrupted> {
-        if !self.is_exact || vectors.is_empty() {
-            return self.differences(vectors, tolerance);
-        }
-        let at = self.runs.point(x);
-        let points: Vec<Point> = vectors.iter().map(|x| self.runs.point(x)).collect();
-        let every = self.each(self.runs.segments.len(), |place, goes_on| {
-            let mut underivable = Underivable::new();
-            let found = self.runs.near(place, &at, &points, tolerance, goes_on, &mut underivable);
-            self.underivable.lock().expect("no thread has panicked").append(&mut underivable);
-            found
-        })?;
-        let of_point = |point: usize| {
-            let own: Vec<_> = every.iter().map(|segment| segment[point].clone()).collect();
-            self.runs.stacked(&own, false)
-        };
-        Ok((0..vectors.len()).map(of_point).collect())
-    }
-}
-
-impl Changeable for Abreast<'_> {
-    fn signals(&self) -> Vec<String> {
-        self.runs.signals()
-    }
-
-    fn changed<'a>(&'a self, change: Change<'a>) -> Result<Box<dyn Simulated + 'a>, Interrupted> {
-        Ok(Box::new(Abreast { runs: self.runs.changed(change), ..*self }))
-    }
-}
-
-/// Functions of Python that hear of a search, and what they have raised.
+/// An object of Python that hears of a search, and what it has raised.
 struct Observer {
-    see: Option<Py<PyAny>>,
-    text: Option<Py<PyAny>>,
+    watch: Option<Py<PyAny>>,
+    /// Interval in s at which it is told of vectors.
+    every: f64,
+    seen: Mutex<Seen>,
     raised: Mutex<Option<PyErr>>,
 }
 
+/// Vectors that nobody has been told of yet.
+struct Seen {
+    number: usize,
+    least: f64,
+    told: Option<Instant>,
+}
+
 impl Observer {
-    fn new(see: Option<Py<PyAny>>, text: Option<Py<PyAny>>) -> Self {
-        Self { see, text, raised: Mutex::default() }
+    fn new(watch: Option<Py<PyAny>>, every: f64) -> Self {
+        let seen = Seen { number: 0, least: f64::INFINITY, told: None };
+        Self { watch, every, seen: Mutex::new(seen), raised: Mutex::default() }
     }
 
     fn keep<T>(&self, called: PyResult<T>) -> Result<T, Interrupted> {
@@ -486,30 +536,76 @@ impl Observer {
         })
     }
 
-    fn tell(&self, text: &str) {
-        let Some(told) = &self.text else { return };
-        // What it raises is raised at the end.
-        let _ = self.keep(Python::attach(|py| told.call1(py, (text,))));
+    /// What it has raised.
+    fn raised(&self) -> Option<PyErr> {
+        self.raised.lock().expect("no thread has panicked").take()
+    }
+
+    fn tell<A: for<'py> pyo3::call::PyCallArgs<'py> + Send>(&self, method: &str, told: A) -> Result<(), Interrupted> {
+        if self.raised.lock().expect("no thread has panicked").is_some() {
+            return Err(Interrupted);
+        }
+        let Some(watch) = &self.watch else { return Ok(()) };
+        self.keep(Python::attach(|py| watch.call_method1(py, method, told))).map(drop)
     }
 }
 
 impl Watch for Observer {
-    fn see(&self, x: &[f64], _: &Values, mean_square: f64) -> Result<(), Interrupted> {
-        if self.raised.lock().expect("no thread has panicked").is_some() {
-            return Err(Interrupted);
+    fn see(&self, _: &[f64], _: &Values, mean_square: f64) -> Result<(), Interrupted> {
+        let mut seen = self.seen.lock().expect("no thread has panicked");
+        (seen.number, seen.least) = (seen.number + 1, seen.least.min(mean_square));
+        if self.watch.is_none() || seen.told.is_some_and(|told| told.elapsed().as_secs_f64() < self.every) {
+            return self.raised.lock().expect("no thread has panicked").as_ref().map_or(Ok(()), |_| Err(Interrupted));
         }
-        let Some(see) = &self.see else { return Ok(()) };
-        let called = Python::attach(|py| see.call1(py, (PyArray1::from_slice(py, x), mean_square)));
-        self.keep(called).map(drop)
+        let (number, least) = (seen.number, seen.least);
+        *seen = Seen { number: 0, least: f64::INFINITY, told: Some(Instant::now()) };
+        drop(seen);
+        self.tell("see", (mean_square, least, number))
     }
 
+    // What these raise ends the search at the next vector.
     fn stage(&self, text: &str) {
-        self.tell(text);
+        self.seen.lock().expect("no thread has panicked").least = f64::INFINITY;
+        let _ = self.tell("stage", (text,));
     }
 
     fn done(&self, text: &str) {
-        self.tell(text);
+        let _ = self.tell("done", (text,));
     }
+
+    fn hidden(&self, names: &[String]) {
+        let _ = self.tell("hidden", (names.to_vec(),));
+    }
+}
+
+fn outcome(py: Python<'_>, reached: Reached, is_interrupted: bool, workers: usize) -> Outcome<'_> {
+    let Reached { study, fitted, best, other_form, .. } = reached;
+    let options = study.experiment.given().options;
+    Outcome {
+        options: (options.length, options.inputs.map(Inputs::name), options.smoothing),
+        parameters: limits(&study.parameters),
+        begins: study.segments.iter().map(|segment| segment.begin.values.clone()).collect(),
+        sensors: [&study, &fitted].map(|study| study.sensors.iter().map(noise_of).collect()),
+        choices: choices_of(&fitted, workers),
+        best: best.map(|best| told(py, best)),
+        notes: study.notes,
+        other_form: other_form.map(of_cause),
+        is_interrupted,
+    }
+}
+
+fn of_cause(Cause { name, text, estimate, item, signal, share, gain, alike, is_sensor }: Cause) -> Told {
+    let estimate = estimate.map(|(value, [low, high])| (value, low, high));
+    (name, text, estimate, item, signal, share, gain, alike, is_sensor)
+}
+
+fn choices_of(study: &Study, workers: usize) -> Choices {
+    let Study { step, scale, exactness, most, is_exact, .. } = *study;
+    Choices { step, scale, exactness, most: most.is_finite().then_some(most), workers, is_exact }
+}
+
+fn limits(parameters: &[Parameter]) -> Vec<(f64, f64, f64)> {
+    parameters.iter().map(|one| (one.start, one.bounds[0], one.bounds[1])).collect()
 }
 
 /// Names in an expression of parameters; nothing of a text that is written otherwise, or is but one name.
@@ -542,20 +638,6 @@ pub fn covariance<'py>(
 ) -> PyResult<(Matrix<'py>, Vec<f64>)> {
     let (covariance, factors) = intervals::covariance(&linear(&derivatives, &scores, blocks, records)?);
     Ok((matrix(py, covariance), factors))
-}
-
-/// Ends of intervals of inner values by the bootstrap of blocks.
-#[pyfunction]
-pub fn bootstrap(
-    derivatives: PyReadonlyArray2<'_, f64>,
-    scores: PyReadonlyArray1<'_, f64>,
-    blocks: Vec<usize>,
-    x: Vec<f64>,
-    seed: u64,
-    draws: usize,
-) -> PyResult<Vec<[f64; 2]>> {
-    let records = vec![0; blocks.len()];
-    Ok(intervals::bootstrap(&linear(&derivatives, &scores, blocks, records)?, &x, seed, draws))
 }
 
 /// Parameters that take part in a direction that the residuals do not see.
@@ -612,39 +694,15 @@ pub fn noise(values: PyReadonlyArray1<'_, f64>) -> PyResult<f64> {
     Ok(smoothing::noise(values.as_slice()?))
 }
 
-/// Values and slopes of the parabolas about each of equidistant samples.
+/// Slopes of the parabolas about each of equidistant samples.
 #[pyfunction]
-pub fn parabolas<'py>(
+pub fn slopes<'py>(
     py: Python<'py>,
     values: PyReadonlyArray1<'py, f64>,
     step: f64,
     width: f64,
-) -> PyResult<(Vector<'py>, Vector<'py>)> {
-    let (smooth, slope) = smoothing::parabolas(values.as_slice()?, step, width);
-    Ok((Array1::from(smooth).into_pyarray(py), Array1::from(slope).into_pyarray(py)))
-}
-
-/// Output of a filter of first order.
-#[pyfunction]
-pub fn low_pass<'py>(
-    py: Python<'py>,
-    values: PyReadonlyArray1<'py, f64>,
-    step: f64,
-    lag: f64,
 ) -> PyResult<Vector<'py>> {
-    Ok(Array1::from(smoothing::low_pass(values.as_slice()?, step, lag)).into_pyarray(py))
-}
-
-/// Output of a backlash that follows a signal.
-#[pyfunction]
-pub fn follow<'py>(py: Python<'py>, values: PyReadonlyArray1<'py, f64>, play: f64) -> PyResult<Vector<'py>> {
-    Ok(Array1::from(smoothing::follow(values.as_slice()?, play)).into_pyarray(py))
-}
-
-/// Factors, none of them negative, of columns whose sum comes closest to a right side.
-#[pyfunction]
-pub fn nonnegative(columns: PyReadonlyArray2<'_, f64>, right: PyReadonlyArray1<'_, f64>) -> Vec<f64> {
-    pneumatic_servo_fit::nonnegative::nonnegative(&dense(&columns), &plain(&right))
+    Ok(Array1::from(smoothing::parabolas(values.as_slice()?, step, width).1).into_pyarray(py))
 }
 
 fn plain(values: &PyReadonlyArray1<'_, f64>) -> Vec<f64> {
@@ -655,17 +713,17 @@ fn sensor((noise, step, is_coarse): Noise) -> Sensor {
     Sensor { noise, step, is_coarse }
 }
 
-fn parameter((name, unit, start, low, high, scale, is_bounded): Free) -> Parameter {
-    Parameter {
-        name,
-        unit,
-        start,
-        bounds: [low, high],
-        scale,
-        is_given: false,
-        is_bounded,
-        legal: [f64::NEG_INFINITY, f64::INFINITY],
-    }
+fn noise_of(sensor: &Sensor) -> Noise {
+    (sensor.noise, sensor.step, sensor.is_coarse)
+}
+
+fn parameter((name, unit, start, low, high, scale, is_given, is_bounded, least, most): Free) -> Parameter {
+    Parameter { name, unit, start, bounds: [low, high], scale, is_given, is_bounded, legal: [least, most] }
+}
+
+/// A parameter as Python takes it.
+pub fn free(Parameter { name, unit, start, bounds, scale, is_given, is_bounded, legal }: Parameter) -> Free {
+    (name, unit, start, bounds[0], bounds[1], scale, is_given, is_bounded, legal[0], legal[1])
 }
 
 fn loss_of(name: &str) -> PyResult<Loss> {

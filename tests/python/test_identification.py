@@ -12,6 +12,7 @@ import pytest
 from bounds import assert_close
 from numpy.typing import NDArray
 from pneumatic_servo.cli import main
+from pneumatic_servo.identification.experiments import EXPERIMENTS, Options
 from pneumatic_servo.identification.parameters import parse, usual
 
 Array = NDArray[np.float64]
@@ -175,7 +176,9 @@ def test_free_by_default_is_what_shapes_the_law(law: str, settings: dict[str, ps
     ],
 )
 def test_bounds_follow_a_start_that_is_given(start: str, low: float, high: float) -> None:
-    free = parse(f"friction.position.period{start}", ps.Model(), ["position"])
+    experiment = EXPERIMENTS["rig"]("Coulomb", {}, Options())
+    experiment.use(["time", "valveVoltage", "position"])
+    free = parse(f"friction.position.period{start}", experiment)
     assert (free.low, free.high) == (low, high) and free.low < free.start < free.high
     assert free.legal == (1e-6, 10.0)
 

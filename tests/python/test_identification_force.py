@@ -79,7 +79,7 @@ def test_search_starts_near_what_a_regression_gives() -> None:
                                                         + offset})
             for one in problem.windows
         ]  # fmt: skip
-        return problem.experiment.guess(windows, values)
+        return problem.experiment.native.guess([one.native for one in windows], values)
 
     assert guess({"mass": 1.0}) == {"mass": pytest.approx(mass, rel=0.05), "gain.force": 1.0}
     found = guess({"mass": 1.0, "spring": 100.0, "offset.force": 0.0}, spring=400.0, offset=3.0)

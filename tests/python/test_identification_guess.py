@@ -7,7 +7,6 @@ from dataclasses import replace
 import numpy as np
 import pneumatic_servo as ps
 import pytest
-from pneumatic_servo.identification.guess import started
 from test_identification import bench
 
 BREAK_AWAY = {"Stribeck": "Fs", "LuGre": "Fs", "ElastoPlastic": "Fs", "Armstrong": "FsInf"}
@@ -18,7 +17,7 @@ BREAK_AWAY = {"Stribeck": "Fs", "LuGre": "Fs", "ElastoPlastic": "Fs", "Armstrong
 def test_search_starts_at_the_levels_of_the_record(law: str) -> None:
     """The record slides at 7 N and 25 N.s/m, and has 4 N more at rest, of which slow samples show a part."""
     problem = ps.fit(bench(), experiment="motion", law=law, play=0.0, starts=0, progress=False).problem
-    starts = {free.name.rpartition(".")[2]: free.start for free in started(problem).free}
+    starts = {free.name.rpartition(".")[2]: free.start for free in problem.started().free}
     assert starts["Fc"] == pytest.approx(7.0, rel=0.05)
     assert starts["sigma2"] == pytest.approx(25.0, rel=0.2)
     excess = starts[BREAK_AWAY[law]] - (0.0 if law == "Armstrong" else starts["Fc"])
@@ -36,7 +35,7 @@ def test_viscous_friction_is_none_of_what_breaks_away() -> None:
     data = bench()
     data["frictionForce"] += 225.0 * np.gradient(data["position"], data["time"])
     problem = ps.fit(data, experiment="motion", law="Stribeck", play=0.0, starts=0, progress=False).problem
-    starts = {free.name.rpartition(".")[2]: free.start for free in started(problem).free}
+    starts = {free.name.rpartition(".")[2]: free.start for free in problem.started().free}
     assert starts["sigma2"] == pytest.approx(250.0, rel=0.1)
     assert 2.0 < starts["Fs"] - starts["Fc"] < 5.0
 

@@ -12,7 +12,7 @@ import pneumatic_servo as ps
 import pytest
 from bounds import assert_close
 from numpy.typing import NDArray
-from pneumatic_servo.identification.intervals import Linearised, _bootstrap, covariance, linearised
+from pneumatic_servo.identification.intervals import Linearised, covariance, linearised
 from pneumatic_servo.identification.residuals import Residuals
 from pneumatic_servo.identification.sensor import Sensor
 from pneumatic_servo.identification.solve import sensitivities
@@ -169,7 +169,7 @@ def test_bootstrap_has_the_quantiles_of_refits_to_drawn_blocks() -> None:
     data = measured(white(3))
     found = fitted(data)
     number = 5000
-    low, high = _bootstrap(linearised(found.problem, found.x), found.x, seed=4, number=number)
+    low, high, *_ = found.problem.native.certainty(found.x, 4, number, None)
     matrix, force = regressors(), data["frictionForce"][1:]
     parts = [(matrix[block == BLOCKS], force[block == BLOCKS]) for block in range(20)]
     squares = np.array([rows.T @ rows for rows, _ in parts])
@@ -180,8 +180,8 @@ def test_bootstrap_has_the_quantiles_of_refits_to_drawn_blocks() -> None:
     for column, free in enumerate(found.problem.free):
         # This number of samples gives an end to 1 % of the width; two such ends are compared.
         width = ends[1, column] - ends[0, column]
-        assert_close(free.outer(low[column]), ends[0, column], within=0.04 * width, what=f"low {free.name}")
-        assert_close(free.outer(high[column]), ends[1, column], within=0.04 * width, what=f"high {free.name}")
+        assert_close(low[column], ends[0, column], within=0.04 * width, what=f"low {free.name}")
+        assert_close(high[column], ends[1, column], within=0.04 * width, what=f"high {free.name}")
 
 
 def test_beginnings_of_windows_widen_the_intervals_as_they_do_in_the_whole_problem() -> None:

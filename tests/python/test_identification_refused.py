@@ -14,6 +14,7 @@ import pytest
 from bounds import assert_close
 from numpy.typing import NDArray
 from pneumatic_servo.cli import main
+from pneumatic_servo.identification.experiments import EXPERIMENTS, Options
 from pneumatic_servo.identification.parameters import parse
 from test_identification import bench
 
@@ -64,7 +65,9 @@ def test_number_that_is_none_is_null_and_its_law_the_last(tmp_path: Path, monkey
 
 def test_start_far_from_the_default_has_its_bounds_about_it() -> None:
     """The default is 8.3 N; a press may well have ten thousand times that. More than 1 MN is not legal."""
-    free = parse("friction.coulomb.Fc=83000", ps.Model("FrictionBench"), [])
+    experiment = EXPERIMENTS["motion"]("Coulomb", {}, Options())
+    experiment.use(["time", "position", "frictionForce"])
+    free = parse("friction.coulomb.Fc=83000", experiment)
     assert (free.start, free.low, free.high) == (83000.0, 83.0, 1e6)
 
 

@@ -168,7 +168,7 @@ def test_command_tells_what_moves(tmp_path: Path, capsys: pytest.CaptureFixture[
 def test_series_that_does_not_come_to_an_end_fails_and_says_so(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr("pneumatic_servo.identification.fitting.with_likely_sensors", hurried)
+    monkeypatch.setattr("pneumatic_servo.identification.fitting.search", hurried)
     # A tenth more, which would move beyond doubt.
     files = [write(tmp_path / f"{month}.csv", day(7.0 + 0.7 * month, month)) for month in (1, 2)]
     given = ["--experiment", "motion", "--law", "Stribeck", "--columns", COLUMNS, "--play", "0", "--starts", "0"]

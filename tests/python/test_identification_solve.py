@@ -7,7 +7,7 @@ from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 import pneumatic_servo as ps
@@ -16,9 +16,9 @@ from bounds import assert_close
 from numpy.typing import NDArray
 from pneumatic_servo.cli import main
 from pneumatic_servo.identification.compression import ROWS, triangle
-from pneumatic_servo.identification.fitting import _check_size, _told_early
-from pneumatic_servo.identification.problem import Problem
-from pneumatic_servo.identification.solve import Solution, with_likely_sensors
+from pneumatic_servo.identification.fitting import _check_size
+from pneumatic_servo.identification.solve import Reached, search
+from pneumatic_servo.identification.watch import Watch
 from test_identification import COLUMNS, RIG, bench, write
 
 Array = NDArray[np.float64]
@@ -51,16 +51,17 @@ def test_search_ends_where_two_starts_meet() -> None:
     assert first > 0 and searches == 2
 
 
-def hurried(problem: Problem, *given: Any) -> tuple[Problem, Solution]:
+def hurried(*given: Any) -> Reached:
     """A last search that gives up at its first vector."""
-    fitted, found = with_likely_sensors(problem, *given)
-    return fitted, replace(found, converged=False, message="80 parameter vectors were evaluated")
+    reached = search(*given)
+    assert reached is not None and reached.best is not None
+    return reached._replace(best=replace(reached.best, converged=False, message="80 parameter vectors were evaluated"))
 
 
 def test_fit_that_does_not_come_to_an_end_fails_and_says_so(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr("pneumatic_servo.identification.fitting.with_likely_sensors", hurried)
+    monkeypatch.setattr("pneumatic_servo.identification.fitting.search", hurried)
     file, result = write(tmp_path / "bench.csv", bench()), tmp_path / "a.json"
     given = ["--experiment", "motion", "--law", "Stribeck", "--columns", COLUMNS, "--starts", "0"]
     assert main(["fit", str(file), *given, "--json", str(result)]) == 1
@@ -99,8 +100,17 @@ def test_fit_of_a_model_that_does_not_describe_the_data_comes_to_an_end() -> Non
         "known, give it by settings"
     )
     assert "friction.lugre.vd" in found.not_identifiable
-    # Vectors that were looked at, 155 here; it were more than 80 for each of six searches, and each took seconds.
-    assert len(looked) < 250
+    # Each search but the last one goes on only as long as eight vectors gain a fiftieth; their priors may hide some.
+    searches: list[list[float]] = [[]]
+    for text in told[: told.index("last refinement")]:
+        if text.startswith("cost"):
+            searches[-1].append(float(text.split()[1]))
+        else:
+            searches.append([])
+    assert sum(len(costs) > 9 for costs in searches) > 1
+    for costs in searches:
+        best = np.minimum.accumulate(costs) if costs else np.zeros(0)
+        assert np.all(best[8:-1] < 0.99 * best[:-9]), costs
     most = found.problem.trained().bounded().most
     assert most is not None and most < 20 * 4000
 
@@ -135,15 +145,14 @@ def test_each_parameter_needs_five_numbers_of_all_signals(signals: int, free: in
             _check_size(problem)
 
 
-def test_all_that_the_data_do_not_tell_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
-    names: dict[str, str] = {}
-    monkeypatch.setattr("pneumatic_servo.identification.fitting.hidden", lambda problem: names)
+def test_all_that_the_data_do_not_tell_is_named() -> None:
     said: list[str] = []
-    problem, watch = cast("Any", None), cast("Any", SimpleNamespace(say=said.append))
-    assert _told_early(problem, watch) == said == []
-    names |= {"area": "no effect", "spring": "no effect"}
+    watch = Watch("fit")
+    watch.told_by(lambda text: None, said.append)
+    assert watch.notes == []
+    watch.hidden(["area", "spring"])
     text = (
         "not identifiable at the start values: area, spring; what is found may be anything; where a value is known, "
         "give it by settings"
     )
-    assert _told_early(problem, watch) == said == [text]
+    assert watch.notes == said == [text]

@@ -7,8 +7,8 @@ import re
 from dataclasses import replace
 from typing import Any
 
-import pneumatic_servo as ps
 import pytest
+from pneumatic_servo.identification.experiments import EXPERIMENTS, Experiment, Options
 from pneumatic_servo.identification.fitting import units_beside
 from pneumatic_servo.identification.parameters import Free, parse
 from pneumatic_servo.identification.signals import SIGNALS, Units, told_units
@@ -91,10 +91,13 @@ def test_readings_have_the_units_of_the_machine() -> None:
 
 
 INF = math.inf
-BESIDE = {
-    "gain.force": "1", "offset.position": "m", "offset.force": "N", "offset.chamberA.pressure": "Pa",
-    "delay.position": "s", "lag.position": "s", "incline": "rad", "spring": "N/m", "springRest": "m",
-}  # fmt: skip
+
+
+def used(name: str, *signals: str) -> Experiment:
+    """An experiment with measured signals."""
+    experiment = EXPERIMENTS[name]("Coulomb", {}, Options())
+    experiment.use(["time", *signals])
+    return experiment
 
 
 @pytest.mark.parametrize(
@@ -116,11 +119,13 @@ BESIDE = {
     ids=lambda free: free.name,
 )
 def test_parameter_of_no_law_begins_where_nothing_is_assumed(expected: Free) -> None:
-    bench = ps.Model("FrictionBench")
-    assert parse(expected.name, bench, ["force"], BESIDE) == expected
+    is_of_gas = expected.name == "offset.chamberA.pressure"
+    signals = ("position", "chamberA.pressure", "chamberB.pressure") if is_of_gas else ("position", "force")
+    bench = used("mechanical" if is_of_gas else "force", *signals)
+    assert parse(expected.name, bench) == expected
     given = f"{expected.name}=0.25"
-    assert parse(given, bench, ["force"], BESIDE) == replace(expected, start=0.25, is_given=True)
-    low = parse(f"{expected.name}:0.1:0.4", bench, ["force"], BESIDE)
+    assert parse(given, bench) == replace(expected, start=0.25, is_given=True)
+    low = parse(f"{expected.name}:0.1:0.4", bench)
     assert (low.low, low.high, low.is_bounded, low.is_given) == (0.1, 0.4, True, False)
     # A start outside of the bounds that are given moves to the nearer one.
     assert low.start == min(max(expected.start, 0.1), 0.4)
@@ -129,12 +134,11 @@ def test_parameter_of_no_law_begins_where_nothing_is_assumed(expected: Free) -> 
 @pytest.mark.parametrize(
     ("name", "text"),
     [
-        ("gain.position", "position is not compared or driving here, only force"),
-        ("offset.chamberB.pressure", "chamberB.pressure is not compared or driving here, only position, force, "
-                                     "chamberA.pressure"),
+        ("gain.velocity", "velocity is not compared or driving here, only position, force"),
+        ("offset.chamberB.pressure", "chamberB.pressure is not compared or driving here, only position, force"),
         ("lag.force", "force is not compared here, only position"),
     ],
 )  # fmt: skip
 def test_sensor_without_a_part_is_refused(name: str, text: str) -> None:
     with pytest.raises(ValueError, match="^" + re.escape(f"fit={name!r}: {text}") + "$"):
-        parse(name, ps.Model("FrictionBench"), ["force"], BESIDE)
+        parse(name, used("force", "position", "force"))

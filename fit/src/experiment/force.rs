@@ -96,7 +96,7 @@ impl Experiment for Force {
     fn prepare(&self, record: &Record) -> (Signals, Vec<bool>, Vec<String>) {
         let (mut driven, width, mut notes) = (on_grids(record), self.given.options.width, vec![]);
         driven.insert("direction".to_owned(), direction(&self.given, record));
-        if self.given.options.smooths {
+        if self.given.options.smooths() {
             let smooth = parabolas(&driven["force"], record.step, width).0;
             driven.insert("force".to_owned(), smooth);
             notes.push(format!("the force is smoothed over {} ms", significant(1e3 * width, 3)));
@@ -118,11 +118,11 @@ impl Experiment for Force {
     }
 
     fn has_lines(&self) -> bool {
-        self.given.options.inputs.have_lines()
+        self.given.options.inputs().have_lines()
     }
 
     fn inputs(&self, segment: &MeasuredSegment, values: &Values) -> Vec<(&'static str, Vec<f64>)> {
-        let applied = self.given.options.inputs.ends(self.applied(segment, values));
+        let applied = self.given.options.inputs().ends(self.applied(segment, values));
         vec![("appliedForce", applied), ("friction.level", self.level(segment, values))]
     }
 

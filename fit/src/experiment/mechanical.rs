@@ -54,7 +54,7 @@ impl Experiment for Mechanical {
     fn prepare(&self, record: &Record) -> (Signals, Vec<bool>, Vec<String>) {
         let (mut driven, width, mut notes) = (on_grids(record), self.given.options.width, vec![]);
         driven.insert("direction".to_owned(), direction(&self.given, record));
-        if self.given.options.smooths {
+        if self.given.options.smooths() {
             for pressure in PRESSURES {
                 let smooth = parabolas(&driven[pressure], record.step, width).0;
                 driven.insert(pressure.to_owned(), smooth);

@@ -44,15 +44,27 @@ pub struct Options {
     pub play: Option<f64>,
     /// Length in s of the segments that a record is cut into; by default the length that the experiment has, if any.
     pub length: Option<f64>,
-    /// Course of measured inputs between samples.
-    pub inputs: Inputs,
-    /// Whether measured forces and pressures that move a mass are smoothed over the width.
-    pub smooths: bool,
+    /// Course of measured inputs between samples; nothing where the data choose.
+    pub inputs: Option<Inputs>,
+    /// Whether measured forces and pressures that move a mass are smoothed over the width; nothing where the data choose.
+    pub smoothing: Option<bool>,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Self { rated: 1.0, width: 0.04, play: None, length: None, inputs: Inputs::Held, smooths: true }
+        Self { rated: 1.0, width: 0.04, play: None, length: None, inputs: None, smoothing: None }
+    }
+}
+
+impl Options {
+    /// Course of measured inputs, held as long as the data have not chosen.
+    pub fn inputs(&self) -> Inputs {
+        self.inputs.unwrap_or(Inputs::Held)
+    }
+
+    /// Whether measured forces are smoothed, as they are as long as the data have not chosen.
+    pub fn smooths(&self) -> bool {
+        self.smoothing.unwrap_or(true)
     }
 }
 
@@ -81,6 +93,15 @@ impl std::str::FromStr for Inputs {
 }
 
 impl Inputs {
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Held => "held",
+            Self::Lines => "lines",
+            Self::Smooth => "smooth",
+        }
+    }
+
     /// Whether they change within a step.
     pub fn have_lines(self) -> bool {
         self != Self::Held
@@ -363,12 +384,18 @@ pub fn of_kind(given: Given) -> Result<Box<dyn Experiment>, Refused> {
     }
 }
 
-/// Refuses to estimate a parameter of the machine that an experiment does without.
-///
-/// # Errors
-/// [`Refused`], with its name.
-pub fn check_estimated(experiment: &dyn Experiment, name: &str) -> Result<(), Refused> {
-    if experiment.lacks(name) { Err(experiment.given().lacking(name)) } else { Ok(()) }
+/// Names of the properties of all sensors. What is true is `gain.SIGNAL * (reading - offset.SIGNAL)`, and a reading comes
+/// `delay.SIGNAL` late; one that is compared may have gone through a filter of first order with the time constant `lag.SIGNAL`.
+pub fn sensors(experiment: &dyn Experiment) -> Vec<String> {
+    let compared = experiment.compared().to_vec();
+    let both = [compared.clone(), experiment.driving()].concat();
+    let of = |kinds: &[&str], signals: &[&str]| -> Vec<String> {
+        signals.iter().flat_map(|signal| kinds.iter().map(move |kind| format!("{kind}.{signal}"))).collect()
+    };
+    let mut names = [of(&["gain", "offset", "delay"], &both), of(&["lag"], &compared)].concat();
+    // The zero of a position that prescribes a motion has no effect.
+    names.retain(|name| experiment.given().kind.name != "motion" || name != "offset.position");
+    names
 }
 
 /// A property of a sensor, of a bench or of the model, by its name, as an estimated parameter.
@@ -379,13 +406,12 @@ pub fn parameter(experiment: &dyn Experiment, name: &str) -> Result<Parameter, R
     if let Some((kind, signal)) = name.split_once('.')
         && let Some(found) = Parameter::of_sensor(kind, signal, unit_of(signal))
     {
-        let (mut there, place) = match kind {
-            "lag" => (vec![], "compared"),
-            _ => (experiment.driving(), "compared or driving"),
-        };
-        there.splice(0..0, experiment.compared().iter().copied());
-        if !there.contains(&signal) {
-            return Err(Refused(format!("{name}: {signal} is not {place} here, only {}", there.join(", "))));
+        let names = sensors(experiment);
+        if !names.iter().any(|own| own == name) {
+            let of_kind = |own: &'_ String| own.strip_prefix(kind)?.strip_prefix('.').map(str::to_owned);
+            let there: Vec<String> = names.iter().filter_map(of_kind).collect();
+            let place = if kind == "lag" { "compared" } else { "compared or driving" };
+            return Err(Refused(format!("{signal} is not {place} here, only {}", there.join(", "))));
         }
         return Ok(found);
     }
@@ -393,7 +419,12 @@ pub fn parameter(experiment: &dyn Experiment, name: &str) -> Result<Parameter, R
     if experiment.of_bench().contains(&name) {
         return Ok(Parameter::of_bench(name).expect("a property of a bench"));
     }
-    check_estimated(experiment, name)?;
+    if name == "area" {
+        return Err(Refused("area needs the columns force and pressure, in the experiment motion".to_owned()));
+    }
+    if experiment.lacks(name) {
+        return Err(given.lacking(name));
+    }
     // The cylinder has them, too; the bench gets the load factor that they make.
     let is_of_load = OF_LOAD.contains(&name) && given.table.table().find(name).is_none();
     let table = if is_of_load { given.cylinder.table() } else { given.table.table() };
@@ -401,7 +432,7 @@ pub fn parameter(experiment: &dyn Experiment, name: &str) -> Result<Parameter, R
         return Err(Refused(format!("there is no parameter {name} of {}", given.table.name)));
     };
     Parameter::of_variable(entry.variable)
-        .ok_or_else(|| Refused(format!("{name} is no real parameter, so that it cannot be estimated")))
+        .ok_or_else(|| Refused(format!("{name} is no real parameter, so that it cannot be fitted")))
 }
 
 /// A model of the library.

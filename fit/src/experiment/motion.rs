@@ -97,11 +97,11 @@ impl Experiment for Motion {
     }
 
     fn of_bench(&self) -> Vec<&'static str> {
-        vec!["area"]
+        if self.has_pressure() { vec!["area"] } else { vec![] }
     }
 
     fn unknown(&self) -> Vec<&'static str> {
-        if self.has_pressure() { vec!["area"] } else { vec![] }
+        self.of_bench()
     }
 
     fn outputs(&self) -> Vec<&'static str> {

@@ -79,7 +79,7 @@ impl Experiment for Pneumatic {
         let given = &self.given;
         let of_step = |signal: &'static str| {
             let course = given.measured(segment, signal, values);
-            (signal, if given.options.inputs.have_lines() { middle(&course) } else { course })
+            (signal, if given.options.inputs().have_lines() { middle(&course) } else { course })
         };
         let mut inputs: Vec<_> = self.inputs_given().map(of_step).collect();
         let wire = given.value("wireForce", values);

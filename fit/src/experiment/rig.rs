@@ -54,11 +54,11 @@ impl Experiment for Rig {
     }
 
     fn has_lines(&self) -> bool {
-        self.given.options.inputs.have_lines()
+        self.given.options.inputs().have_lines()
     }
 
     fn inputs(&self, segment: &MeasuredSegment, values: &Values) -> Vec<(&'static str, Vec<f64>)> {
-        let course = |signal| self.given.options.inputs.ends(self.given.measured(segment, signal, values));
+        let course = |signal| self.given.options.inputs().ends(self.given.measured(segment, signal, values));
         self.driving().into_iter().map(|signal| (signal, course(signal))).collect()
     }
 

@@ -7,6 +7,7 @@ residuals of an experiment, and how its simulation changes.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,7 +15,6 @@ import numpy as np
 from pneumatic_servo import _native
 from pneumatic_servo.identification.fitted import Estimate, Fitted
 from pneumatic_servo.identification.parameters import Free, free_of
-from pneumatic_servo.identification.problem import OtherForm
 from pneumatic_servo.identification.residuals import Residuals
 
 
@@ -61,42 +61,34 @@ class Cause:
 def causes(fit: Fitted, residuals: Residuals) -> tuple[Cause, ...]:
     """Return at most one setting and one sensor that explain much of what a fit leaves, the best first."""
     experiment = fit.problem.experiment
-    if fit.problem.other_form is not None:
-        return (_of_form(fit.problem.other_form, experiment.compared[0], fit.problem.trained().size),)
     is_noise = _native.is_quiet([(rms, residuals.noise(signal)) for signal, rms in fit.rms.items()])
     own, names, choices, has_clock = fit.problem.suspects()
+    fixed = {name: item for name, item, _ in choices}
+    if fit.problem.other_form is not None:
+        return (_told(fit.problem.other_form, {}, fixed),)
     if is_noise and not has_clock:
         return ()
     problem = fit.problem.trained().bounded()
     # Start values of windows are the fitted ones.
     x = np.concatenate([fit.x, np.zeros(sum(problem.loose))])
-    settings = {numbers[0]: Free.of(numbers, experiment.units) for numbers in own}
-    sensors = {name: free_of(name, experiment.table, experiment.compared, experiment.beside, name) for name in names}
+    settings = {numbers[0]: Free.of(numbers, experiment.units.of(numbers[1])) for numbers in own}
+    sensors = {name: free_of(name, experiment, name) for name in names}
 
     found = problem.native.causes(
         x, [free.numbers for free in settings.values()], [free.numbers for free in sensors.values()], choices,
         has_clock, is_noise,
     )  # fmt: skip
-    fixed = {name: item for name, item, _ in choices}
     every = {**settings, **sensors}
-    causes = []
-    for name, text, interval, item, signal, share, gain, alike, is_sensor in found:
-        given: float | str = every[name].start if name in every else 1.0
-        estimate: Estimate | str
-        if interval is None:
-            given, estimate = fixed[name], str(item)
-        else:
-            estimate = Estimate(*interval, every[name].unit if name in every else "1")
-        causes.append(Cause(name, given, estimate, signal, share, gain, tuple(alike), is_sensor, f"{text}."))
-    return tuple(causes)
+    return tuple(_told(cause, every, fixed) for cause in found)
 
 
-def _of_form(form: OtherForm, signal: str, size: int) -> Cause:
-    """Return the cause of a form of the law of which whole records leave no more than noise."""
-    before, after = form.before**0.5, form.after**0.5
-    text = (
-        f"{form.name} is fixed at {form.given}, and {form.item} describes the data: simulated as a whole, the records "
-        f"leave {before:.3g} times the noise of {signal} with the former, and {after:.3g} times with the latter."
-    )
-    share, gain = 1.0 - form.after / form.before, size * (form.before - form.after)
-    return Cause(form.name, form.given, form.item, signal, share, gain, (), False, text)
+def _told(cause: _native.Told, free: Mapping[str, Free], fixed: Mapping[str, str]) -> Cause:
+    """Return a cause that the crate tells, of free parameters that start at their fixed values, or of fixed items."""
+    name, text, interval, item, signal, share, gain, alike, is_sensor = cause
+    given: float | str = free[name].start if name in free else 1.0
+    estimate: Estimate | str
+    if interval is None:
+        given, estimate = fixed[name], str(item)
+    else:
+        estimate = Estimate(*interval, free[name].unit if name in free else "1")
+    return Cause(name, given, estimate, signal, share, gain, tuple(alike), is_sensor, f"{text}.")

@@ -304,7 +304,7 @@ def _mean_friction(problem: Problem, x: Array) -> tuple[float, Array]:
 
 def _means(problem: Problem, x: Array) -> float:
     total, number = 0.0, 0
-    friction = problem.native.recorded(x, problem.tolerance, ["frictionForce"])
+    friction = problem.native.recorded(x, ["frictionForce"])
     for window, [on_grid] in zip(problem.windows, friction, strict=True):
         course = np.interp(window.record.time, window.record.grid, on_grid)
         total += float(np.sum(np.abs(course[window.used])))

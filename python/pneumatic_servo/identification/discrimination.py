@@ -8,7 +8,7 @@ discriminating between two rival models", Biometrika, 1975).
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -129,12 +129,10 @@ def _side(fit: Fit) -> tuple[Experiment, tuple[Free, ...]]:
     kind = sensed(experiment.name, fit.law, known)
     ties = {tie.name: f"{tie.name}={tie.text}" for tie in experiment.ties if tie.name in values}
     used = {name for tie in experiment.ties if tie.name in ties for name in tie.names}
-    words = [ties.get(name, name) for name in values]
+    words = [ties.get(name, f"{name}={value!r}") for name, value in values.items()]
     # Numbers that only expressions use have no start of their own.
     words += [f"{name}={value!r}" for name, value in fit.values.items() if name in used and name not in values]
-    free = free_parameters(kind, words)
-    values = {**fit.values, **values}
-    return kind, tuple(replace(one, is_given=False).at(values[one.name]) for one in free)
+    return kind, tuple(free_parameters(kind, words))
 
 
 def _distance(

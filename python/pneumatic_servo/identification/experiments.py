@@ -5,7 +5,7 @@ The crate `fit` has the experiments, for the page as well; here are the units of
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from copy import copy
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
@@ -147,10 +147,8 @@ class Options:
     play: float | None = None
     window: float | None = None
     inputs: str | None = None
-    smooths: bool = True
-    """Whether measured forces and pressures are smoothed over the width."""
-    is_smoothing_free: bool = True
-    """Whether the data choose if they are."""
+    smoothing: bool | None = None
+    """Whether measured forces and pressures are smoothed over the width; by default the data choose."""
 
 
 class Experiment:
@@ -235,8 +233,7 @@ class Experiment:
         variables, options = self.table.variables, self.options
         known = {name: float(variables[name].ids[value]) if isinstance(value, str) else float(value)
                  for name, value in self.settings.items()}  # fmt: skip
-        chosen = (options.rated, options.width, options.play, options.window, options.inputs or INPUTS[0],
-                  options.smooths)  # fmt: skip
+        chosen = (options.rated, options.width, options.play, options.window, options.inputs, options.smoothing)
         law = variables["friction.law"].ids[self.law]
         return _native.Experiment(self.name, law, known, sorted(self.signals), chosen)
 
@@ -302,22 +299,6 @@ class Experiment:
             windows.append(Window(part, driven, held, used, Beginning(values, tuple(loose)), around))
         return windows
 
-    def balance(self) -> Experiment:
-        """Return the balance of forces along the measured motion, a start for laws with deflections.
-
-        Only of an experiment whose mass is moved by measured forces.
-        """
-        balance = self._with(name="balance")
-        balance.__dict__["native"] = self.native.balance()
-        return balance
-
-    def balanced(self, window: Window) -> Window:
-        """Return the window of the balance of forces of a whole record."""
-        record = window.record
-        time, signals, driven, used = self.native.balanced(record.numbers, window.held)
-        fine = Record(record.name, time, record.begin, signals)
-        return Window(fine, driven, np.zeros(len(time), bool), used, Beginning(), Around(0.0, record.grid, driven))
-
     def resting(self, record: Record) -> NDArray[np.bool_]:
         """Tell where a position does not change by more than its noise."""
         return self.native.resting(record.numbers)
@@ -342,18 +323,6 @@ class Experiment:
     def forces(self, window: Window, values: Values) -> tuple[Array, Array, Array] | None:
         """Return velocity, friction and load factor as far as the data alone tell them, for a start of the fit."""
         return self.native.forces(window.native, dict(values))
-
-    def guess(self, windows: Sequence[Window], values: Values) -> dict[str, float]:
-        """Return starts that the data tell of parameters of the machine."""
-        return self.native.guess([window.native for window in windows], dict(values))
-
-    def value(self, name: str, values: Values) -> float:
-        """Return a parameter: fitted, known, or by default."""
-        if name in values:
-            return values[name]
-        given = self.settings.get(name, self.table.variables[name].default)
-        assert isinstance(given, float | int)
-        return float(given)
 
     def beside_value(self, name: str, values: Values, usual: float) -> float:
         """Return something that is no parameter of the model: fitted, known, or as usual."""

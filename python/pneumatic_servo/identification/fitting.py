@@ -20,24 +20,18 @@ from pneumatic_servo.identification.conditions import Condition, conditions
 from pneumatic_servo.identification.cross_validation import cross_validate as cross_validate_by
 from pneumatic_servo.identification.experiments import EXPERIMENTS, INPUTS, Experiment, Options
 from pneumatic_servo.identification.fitted import Estimate
-from pneumatic_servo.identification.guess import started
-from pneumatic_servo.identification.intervals import Certainty, certainty, hidden
+from pneumatic_servo.identification.intervals import Certainty, certainty
 from pneumatic_servo.identification.parameters import Free, auxiliary, named_by, parse, split, unit_of, usual, words_of
 from pneumatic_servo.identification.plausibility import assumed, check_known_pressures, checked, compare, judged
-from pneumatic_servo.identification.problem import FAILED, Problem, check_jac, tell_underivable
+from pneumatic_servo.identification.problem import Problem, check_jac, tell_underivable
 from pneumatic_servo.identification.records import Record, load
 from pneumatic_servo.identification.result import Fit
 from pneumatic_servo.identification.sampling import emcee_of, sample
 from pneumatic_servo.identification.signals import SIGNALS, SLIDING, Units, starts_of, told_units
-from pneumatic_servo.identification.solve import Solution, solve, with_likely_sensors
+from pneumatic_servo.identification.solve import Solution, search
 from pneumatic_servo.identification.table import Measured, listed, measured
 from pneumatic_servo.identification.ties import Tie, is_expression
 from pneumatic_servo.identification.watch import Told, Watch, told
-from pneumatic_servo.identification.whole_records import (
-    WholeRecords,
-    under_likely_inputs,
-    under_likely_smoothing,
-)
 from pneumatic_servo.model import Model, Parameters
 from pneumatic_servo.names import did_you_mean, renamed
 from pneumatic_servo.run_errors import Interrupted
@@ -237,7 +231,7 @@ def _fit(
         width=_positive("width", values.seconds("width", width)),
         play=None if play is None else _not_negative("play", values.number_in("m", "play", play)),
         window=None if segment is None else _positive("segment", values.seconds("segment", segment)), inputs=inputs,
-        smooths=smoothing is not False, is_smoothing_free=smoothing is None,
+        smoothing=smoothing,
     )  # fmt: skip
     for name, number in (("starts", starts), ("seed", seed)):
         _not_negative(name, number)
@@ -285,37 +279,21 @@ def _fit(
     problem = replace(Problem.of(kind, records, free, validation, extra), workers=workers, jac=jac)
     _check_size(problem)
     compare(kind, [*records, *extra])
-    problem = started(problem)
-    whole = WholeRecords.of(problem, records, validation, extra)
-    if whole is not None:
-        try:
-            problem = whole.from_balance(problem, watch)
-        except KeyboardInterrupt:
-            raise Interrupted("interrupted") from None
-        # Vectors of whole records are none of segments.
-        watch.best = None
-    fitted = problem.trained()
-    groups = _conditions(fitted, records, cross_validate)
-    _check_start(fitted)
-    fitted = fitted.bounded()
+    _conditions(problem.trained(), records, cross_validate)
     notes += assumed(problem.experiment, [*(one.name for one in free), *(one.name for one in kind.ties)])
-    notes += _told_early(fitted, watch)
+    reached = search(problem, records, validation, extra, starts, seed, loss, executor, watch)
+    notes += watch.notes
+    if reached is None:
+        raise Interrupted("interrupted")
+    problem, fitted, best, is_interrupted = reached
+    if best is None or is_interrupted:
+        raise _interrupted(problem, fitted, best, notes)
+    groups = _conditions(fitted, records, cross_validate)
     try:
-        best = solve(fitted, starts, seed, loss, executor, watch)
-        problem, fitted, best = under_likely_smoothing(problem, fitted, best, records, extra, validation, loss, watch)
-        problem, fitted, best = under_likely_inputs(problem, fitted, best, loss, watch)
-        if whole is not None and problem.experiment.options.window is None:
-            uncut = whole.from_segments(fitted, best, watch)
-            if uncut is not None:
-                problem, fitted = uncut, uncut.trained().bounded()
-                groups = _conditions(fitted, records, cross_validate)
-                watch.best = fitted.start
-                best = solve(fitted, 0, seed, loss, executor, watch)
-        fitted, best = with_likely_sensors(fitted, best, loss, watch)
         watch.stage("intervals")
         sure = certainty(fitted, best.x, intervals, seed)
     except KeyboardInterrupt:
-        raise _interrupted(problem, fitted, watch, notes) from None
+        raise _interrupted(problem, fitted, best, notes) from None
     tell_underivable(fitted)
     found = _finished(problem, fitted, best, sure, [*notes, *dict.fromkeys(problem.experiment.notes)])
     try:
@@ -344,19 +322,6 @@ def _with_posterior(found: Fit, fitted: Problem, x: Array, seed: int, executor: 
     return replace(found, posterior=sample(fitted, x, seed, executor, watch))
 
 
-def _told_early(problem: Problem, watch: Watch) -> list[str]:
-    """Name parameters that are hardly identifiable before the search."""
-    names = list(hidden(problem))
-    if not names:
-        return []
-    told = (
-        f"not identifiable at the start values: {', '.join(names)}; what is found may be anything; where a value is "
-        f"known, give it by {quoted('settings')}"
-    )
-    watch.say(told)
-    return [told]
-
-
 def _finished(problem: Problem, fitted: Problem, best: Solution, sure: Certainty, notes: Sequence[str]) -> Fit:
     problem = problem.seen_by(fitted.sensors).begun(fitted, best.x)
     found = _result(problem, best.x[: len(problem.free)], best.converged, best.message, sure, notes)
@@ -364,13 +329,13 @@ def _finished(problem: Problem, fitted: Problem, best: Solution, sure: Certainty
     return found
 
 
-def _interrupted(problem: Problem, fitted: Problem, watch: Watch, notes: Sequence[str]) -> Interrupted:
+def _interrupted(problem: Problem, fitted: Problem, best: Solution | None, notes: Sequence[str]) -> Interrupted:
     """Return an interrupt with the best fit until then, if there is one."""
     interrupted = Interrupted("interrupted")
-    if watch.best is not None:
-        sure = certainty(fitted, watch.best)
-        problem = problem.begun(fitted, watch.best)
-        x = watch.best[: len(problem.free)]
+    if best is not None:
+        sure = certainty(fitted, best.x)
+        x = best.x[: len(problem.free)]
+        problem = problem.begun(fitted, best.x)
         interrupted.finished = _result(problem, x, False, "it was interrupted", sure, notes)
     return interrupted
 
@@ -466,7 +431,7 @@ def free_parameters(experiment: Experiment, given: str | Sequence[str] | Mapping
         if (name := named_by(word)) in needed
         and name not in experiment.table.variables
         and name not in experiment.beside
-        else parse(word, experiment.table, experiment.compared, experiment.beside, experiment.units)
+        else parse(word, experiment)
         for word in words
         if word not in tied
     ]
@@ -477,7 +442,6 @@ def free_parameters(experiment: Experiment, given: str | Sequence[str] | Mapping
     for name in names:
         if names.count(name) > 1:
             raise ValueError(f"{quoted('fit')}: {name} is given twice")
-        experiment.native.check_estimated(name)
         need = effects.reason_for(experiment.table, settings, name)
         if need:
             raise ValueError(f"{quoted('fit', name)}: it has no effect here, since it counts only with {need}")
@@ -496,7 +460,7 @@ def free_parameters(experiment: Experiment, given: str | Sequence[str] | Mapping
 def _tie(word: str, experiment: Experiment) -> Tie:
     """Read `NAME=expression`."""
     name, _, text = word.partition("=")
-    own = parse(name, experiment.table, experiment.compared, experiment.beside, experiment.units)
+    own = parse(name, experiment)
     return Tie(own.name, own.unit, text.strip())
 
 
@@ -570,14 +534,6 @@ def _check_size(problem: Problem) -> None:
         raise ValueError(f"too short: {count} samples to compare for {len(problem.free)} free parameters")
 
 
-def _check_start(problem: Problem) -> None:
-    """Refuse a start that cannot be simulated at all, with the model's own words."""
-    if np.all(np.abs(problem.residuals([problem.start])) == FAILED):
-        why = problem.native.refusal(problem.start, problem.tolerance)
-        if why is not None:
-            raise ValueError(f"the start values cannot be simulated: {why}")
-
-
 def _result(problem: Problem, x: Array, converged: bool, message: str, sure: Certainty, notes: Sequence[str]) -> Fit:
     values = problem.values(x)
     parameters = {
@@ -586,7 +542,7 @@ def _result(problem: Problem, x: Array, converged: bool, message: str, sure: Cer
     }
     rms = problem.rms(x)
     if not all(np.isfinite(value) for value in rms.values()):
-        why = problem.native.refusal(x, problem.tolerance)
+        why = problem.native.refusal(x)
         converged, message = False, f"the fitted values cannot be simulated: {why}"
     parameters |= _of_ties(problem, x, sure)
     return Fit(

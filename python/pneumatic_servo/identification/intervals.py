@@ -6,11 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import t as student
 
 from pneumatic_servo import _native
 from pneumatic_servo.identification.compression import triangle
-from pneumatic_servo.identification.parameters import Free
 from pneumatic_servo.identification.problem import Problem
 from pneumatic_servo.identification.profile import profile
 
@@ -21,8 +19,8 @@ BLOCKS = 20
 RANK = 1e-7
 """Singular values below this share of the largest are no information."""
 LEVEL = 0.95
-AT_BOUND = 1e-6
-"""Relative distance, in scaled values, at which a value is at its bound."""
+DRAWS = 1000
+"""Draws of the bootstrap."""
 
 
 @dataclass(frozen=True)
@@ -47,37 +45,16 @@ class Certainty:
 
 def certainty(problem: Problem, x: Array, method: str = "jacobian", seed: int = 0) -> Certainty:
     """Return the 95 % intervals: from the Jacobian, by ``profile``, or by block ``bootstrap``."""
-    linear = linearised(problem, x)
-    spread, factors = covariance(linear)
-    own = x[: len(problem.free)]
-    blind = _blind(linear.derivatives)
-    deviation = np.sqrt(np.clip(np.diag(spread), 0.0, None))
-    deviation[blind] = np.inf
-    low, high = own - factors * deviation, own + factors * deviation
-    if method == "bootstrap":
-        low, high = _bootstrap(linear, own, seed)
-    elif method == "profile":
-        low, high = profile(problem, x, factors * deviation, np.sqrt(np.diag(linear.white)))
-    reasons = _undetermined(problem, own, low, high, blind)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        correlation = spread / np.outer(np.sqrt(np.diag(spread)), np.sqrt(np.diag(spread)))
-    outer = [(_outer(free, a), _outer(free, b)) for free, a, b in zip(problem.free, low, high, strict=True)]
-    return Certainty(
-        np.array([a for a, _ in outer]), np.array([b for _, b in outer]), np.nan_to_num(correlation), reasons
-    )
-
-
-def hidden(problem: Problem) -> dict[str, str]:
-    """Return the parameters that the data hardly tell, and why, before anything is fitted.
-
-    At the start values, they would be hidden if nothing but the noise of the sensors were left.
-    """
-    x = problem.start
-    linear = linearised(problem, x)
-    own, blind = x[: len(problem.free)], _blind(linear.derivatives)
-    half = float(student.ppf(0.5 + 0.5 * LEVEL, max(1, len(linear.scores)))) * np.sqrt(np.diag(linear.white))
-    half[blind] = np.inf
-    return _undetermined(problem, own, own - half, own + half, blind)
+    ends = None
+    if method == "profile":
+        linear = linearised(problem, x)
+        spread, factors = covariance(linear)
+        deviation = np.sqrt(np.clip(np.diag(spread), 0.0, None))
+        deviation[np.array(_native.unseen(linear.derivatives), dtype=bool)] = np.inf
+        ends = np.transpose(profile(problem, x, factors * deviation, np.sqrt(np.diag(linear.white)))).tolist()
+    draws = DRAWS if method == "bootstrap" else None
+    low, high, correlation, reasons = problem.native.certainty(x, seed, draws, ends)
+    return Certainty(low, high, correlation, dict(reasons))
 
 
 @dataclass(frozen=True)
@@ -122,59 +99,3 @@ def covariance(linear: Linearised) -> tuple[Array, Array]:
     """
     found, factors = _native.covariance(linear.derivatives, linear.scores, linear.blocks, linear.records)
     return found, np.array(factors)
-
-
-def _outer(free: Free, inner: float) -> float:
-    """Return an end of an interval in SI units, which may be infinite."""
-    with np.errstate(over="ignore"):
-        return float(np.exp(inner) if free.is_logarithmic else inner * free.scale)
-
-
-def _blind(derivatives: Array) -> NDArray[np.bool_]:
-    """Tell which parameters take part in a direction that the residuals do not see.
-
-    It is looked for with the parameters as they are scaled, and with each in units of its own effect: only in these a
-    gain of 50 and the logarithm of a mass that make up for one another take part alike.
-    """
-    return np.array(_native.unseen(derivatives), dtype=bool)
-
-
-def at_bounds(problem: Problem, x: Array) -> dict[str, float]:
-    """Return the parameters whose values have run to a bound, and the bound in SI units."""
-    least, most = problem.bounds
-    found = {}
-    for index, free in enumerate(problem.free):
-        own = problem.experiment.table.variables.get(free.name)
-        physical = () if own is None else (own.minimum, own.maximum)
-        for bound, outer in ((least[index], free.low), (most[index], free.high)):
-            # Beyond a bound of the model is nothing, so that a value there is one like any other.
-            if outer not in physical and abs(x[index] - bound) < AT_BOUND * max(1.0, abs(x[index])):
-                found[free.name] = free.outer(float(bound))
-    return found
-
-
-def _undetermined(problem: Problem, x: Array, low: Array, high: Array, blind: NDArray[np.bool_]) -> dict[str, str]:
-    reasons = {}
-    bounded = at_bounds(problem, x)
-    least, most = problem.bounds
-    for index, free in enumerate(problem.free):
-        half = 0.5 * (high[index] - low[index])
-        span = most[index] - least[index]
-        if blind[index] or not np.isfinite(half):
-            reasons[free.name] = "the data do not change with it, or only with a combination of parameters"
-        elif np.isfinite(span) and low[index] <= least[index] and high[index] >= most[index]:
-            reasons[free.name] = "its interval is wider than its bounds"
-        elif free.is_logarithmic and half > 1.0:
-            reasons[free.name] = "its interval is wider than from a third to three times its value"
-        elif not free.is_logarithmic and half > 1.0 and low[index] < free.inner(free.legal[0]):
-            # The default of a parameter without a logarithm is 1, as the search sees it.
-            reasons[free.name] = "its interval reaches beyond what is possible, and is wider than its usual value"
-        elif free.name in bounded:
-            reasons[free.name] = "it is at a bound"
-    return reasons
-
-
-def _bootstrap(linear: Linearised, x: Array, seed: int, number: int = 1000) -> tuple[Array, Array]:
-    """Return the quantiles of one Gauss-Newton step for blocks drawn with replacement."""
-    ends = np.array(_native.bootstrap(linear.derivatives, linear.scores, linear.blocks, x, seed, number))
-    return ends[:, 0], ends[:, 1]

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from pneumatic_servo import _native, checks
 from pneumatic_servo.argument_names import quoted
-from pneumatic_servo.identification.signals import SLIDING, Units
+from pneumatic_servo.identification.experiments import Experiment
 from pneumatic_servo.model import Model
 from pneumatic_servo.names import did_you_mean
 from pneumatic_servo.numerals import finite
@@ -21,8 +21,6 @@ from pneumatic_servo.values import is_number
 from pneumatic_servo.variables import Value
 
 Array = NDArray[np.float64]
-
-NOTHING: Mapping[str, str] = {}
 
 DAMPING_SPEED = "friction.lugre.vd"
 """Speed above which the damping of LuGre's bristles decays; with 0 it is constant, as in the first publication."""
@@ -64,10 +62,10 @@ class Free:
     legal: tuple[float, float] = (-math.inf, math.inf)
 
     @staticmethod
-    def of(defined: _native.Defined, units: Units = SLIDING) -> Free:
-        """Return a parameter that the crate defines, with a unit of the machine."""
-        name, unit, start, low, high, scale, least, most = defined
-        return Free(name, units.of(unit), start, low, high, scale, legal=(least, most))
+    def of(defined: _native.Free, unit: str) -> Free:
+        """Return a parameter that the crate defines, with its unit on the machine."""
+        name, _, start, low, high, scale, is_given, is_bounded, *legal = defined
+        return Free(name, unit, start, low, high, scale, is_given, is_bounded, (legal[0], legal[1]))
 
     @property
     def is_logarithmic(self) -> bool:
@@ -75,9 +73,10 @@ class Free:
         return self.scale == 0.0
 
     @property
-    def numbers(self) -> tuple[str, str, float, float, float, float, bool]:
+    def numbers(self) -> _native.Free:
         """The parameter as the crate takes it."""
-        return self.name, self.unit, self.start, self.low, self.high, self.scale, self.is_bounded
+        return (self.name, self.unit, self.start, self.low, self.high, self.scale, self.is_given, self.is_bounded,
+                *self.legal)  # fmt: skip
 
     def inner(self, value: float) -> float:
         """Return a value as the solver sees it."""
@@ -86,17 +85,6 @@ class Free:
     def outer(self, inner: float) -> float:
         """Return the value that the solver sees as this."""
         return math.exp(inner) if self.is_logarithmic else inner * self.scale
-
-    def at(self, start: float) -> Free:
-        """Return the same with another start, within the bounds; default bounds of a logarithm move along."""
-        if self.is_given or not math.isfinite(start):
-            return self
-        low, high = self.low, self.high
-        if self.is_logarithmic:
-            if start <= 0.0:
-                return self
-            low, high = max(self.legal[0], min(low, start / SPAN)), min(self.legal[1], max(high, start * SPAN))
-        return replace(self, start=min(max(start, low), high), low=low, high=high)
 
 
 def split(text: str) -> list[str]:
@@ -152,18 +140,14 @@ def named_by(word: str) -> str:
     return word.partition(":")[0].partition("=")[0].strip()
 
 
-def parse(
-    word: str, model: Model, compared: Sequence[str], beside: Mapping[str, str] = NOTHING, units: Units = SLIDING
-) -> Free:
+def parse(word: str, experiment: Experiment) -> Free:
     """Read `NAME[=start][:low:high]`."""
     head, *bounds = word.split(":")
     name, equals, start = head.partition("=")
     where = quoted("fit", word)
     if len(bounds) not in (0, 2) or not name.strip():
         raise ValueError(f"{where}: it must be NAME[=start][:low:high]")
-    free = free_of(name.strip(), model, compared, beside, where)
-    if free.name not in beside:
-        free = replace(free, unit=units.of(free.unit))
+    free = free_of(name.strip(), experiment, where)
     if equals:
         free = replace(free, start=_number(start, free.unit, where), is_given=True)
     if bounds:
@@ -175,7 +159,6 @@ def parse(
         free = replace(free, low=low, high=high, start=start_value, is_bounded=True)
         if low <= 0.0 and free.is_logarithmic:
             free = replace(free, scale=max(abs(low), abs(high)))
-        free = replace(free, legal=(low, high))
     elif free.is_logarithmic and free.start > 0.0 and equals:
         is_usual = free.low <= free.start <= free.high
         least, most = (free.low, free.high) if is_usual else free.legal
@@ -205,35 +188,22 @@ def auxiliary(word: str) -> Free:
     if not low <= value <= high:
         raise ValueError(f"{where}: the start {_shown(value)} is not within {_range(low, high, '1')}")
     ends = (low, high) if bounds else (-math.inf, math.inf)
-    return Free(name.strip(), "1", value, *ends, abs(value) or 1.0, True, bool(bounds), ends)
+    return Free(name.strip(), "1", value, *ends, abs(value) or 1.0, True, bool(bounds))
 
 
-def free_of(name: str, model: Model, compared: Sequence[str], beside: Mapping[str, str], where: str) -> Free:
-    """Return a parameter with the start and the bounds that its model has for it."""
-    kind, dot, signal = name.partition(".")
-    if dot and kind in ("gain", "offset", "delay", "lag"):
-        if name not in beside:
-            there = [known.partition(".")[2] for known in beside if known.startswith(f"{kind}.")]
-            place = "compared" if kind == "lag" else "compared or driving"
-            raise ValueError(f"{where}: {signal} is not {place} here, only {', '.join(there)}")
-        found = _native.sensor_parameter(kind, signal, beside[name])
-    elif name in beside:
-        found = _native.bench_parameter(name)
-    elif name == "area":
-        if "force" not in compared:
-            raise ValueError(f"{where}: area needs the columns force and pressure, in the experiment motion")
-        found = _native.bench_parameter(name)
-    elif name in OF_LOAD and name not in model.variables:
-        found = _native.model_parameter(Model()._native, name)
-    else:
-        try:
-            name = model.variables[name].name
-        except KeyError as error:
-            raise ValueError(f"{where}: {error.args[0]}") from None
-        found = _native.model_parameter(model._native, name)
-    if found is None:
-        raise ValueError(f"{where}: {name} is no real parameter, so that it cannot be fitted")
-    return replace(Free.of(found), unit=beside.get(name, found[1]))
+def free_of(name: str, experiment: Experiment, where: str) -> Free:
+    """Return a parameter with the start and the bounds that the experiment has for it."""
+    variables, beside = experiment.table.variables, experiment.beside
+    if name in variables:
+        name = variables[name].name
+    elif name.partition(".")[0] not in ("gain", "offset", "delay", "lag") and name not in (*beside, "area", *OF_LOAD):
+        hint = did_you_mean(name, [*variables, *beside])
+        raise ValueError(f"{where}: there is no {name} here{hint}")
+    try:
+        found = experiment.native.parameter(name)
+    except ValueError as error:
+        raise ValueError(f"{where}: {error}") from None
+    return Free.of(found, beside.get(name, experiment.units.of(found[1])))
 
 
 OF_LOAD = ("friction.kappaA", "friction.direction.factor")

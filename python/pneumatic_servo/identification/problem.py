@@ -24,7 +24,7 @@ STEP = _native.STEP
 """Step of the differences that make the Jacobian, in scaled parameters, unless its effect exceeds the noise."""
 
 TOLERANCE = _native.TOLERANCE
-"""Relative tolerance of the solver at which differences of runs are differences of parameters."""
+"""Relative tolerance of the solver."""
 
 JACOBIANS = ("differences", "exact")
 """Kinds of a Jacobian."""
@@ -34,25 +34,6 @@ PULL = _native.PRIOR
 
 FAILED = _native.FAILED
 """Residual, in units of the noise, where a simulation could not go on: worse than any of one that could."""
-
-
-@dataclass(frozen=True)
-class OtherForm:
-    """The other form of a law whose form is fixed, where only whole records tell which one is right.
-
-    Attributes
-    ----------
-    name, given, item : str
-        The setting that decides, its fixed value, and the other one.
-    before, after : float
-        Mean squares of the residuals of whole records under both, in units of the noise.
-    """
-
-    name: str
-    given: str
-    item: str
-    before: float
-    after: float
 
 
 @dataclass(frozen=True)
@@ -80,18 +61,16 @@ class Problem:
     free: tuple[Free, ...]
     sensors: Mapping[str, Sensor]
     workers: int | None = None
-    tolerance: float = TOLERANCE
-    """Relative tolerance of the solver."""
     exactness: float = 1.0
-    """Factor of this tolerance."""
+    """Factor of the tolerance of the solver."""
     step: float = STEP
     """Step of the differences that make the Jacobian, in scaled parameters."""
     most: float | None = None
     """Solver steps after which a run is given up."""
     scale: float = 1.0
     """Factor of all friction, where the model takes its load factor as an input."""
-    other_form: OtherForm | None = None
-    """A form of the law that describes whole records, which the fixed one does not."""
+    other_form: _native.Told | None = None
+    """The other form of a law whose form is fixed, where only whole records tell which one is right."""
     jac: str = "differences"
     """Kind of the Jacobian: differences of runs, or the exact derivatives of one."""
 
@@ -188,19 +167,24 @@ class Problem:
 
     def bounded(self) -> Problem:
         """Return the same problem, in which runs are given up that take many times the work of the start."""
-        return replace(self, most=self.native.limit(self.start, self.tolerance))
+        return replace(self, most=self.native.limit())
 
-    def with_free(self, free: Sequence[Free]) -> Problem:
-        """Return the same problem with other free parameters."""
-        return replace(self, free=tuple(free))
+    def started(self) -> Problem:
+        """Return the same problem with starts from the data for parameters without a given start."""
+        return replace(self, free=self.limited(self.native.started()))
+
+    def limited(self, limits: Sequence[tuple[float, float, float]]) -> tuple[Free, ...]:
+        """Return the free parameters with other starts and bounds."""
+        pairs = zip(self.free, limits, strict=True)
+        return tuple(replace(free, start=start, low=low, high=high) for free, (start, low, high) in pairs)
 
     def differences(self, x: Array) -> list[dict[str, Array]]:
         """Return measured minus simulated for each window, by signal; NaN where a run failed."""
-        return self.native.differences(x, self.tolerance)
+        return self.native.differences(x)
 
     def stacked(self, vectors: Sequence[Array], *, held: bool = False) -> Array:
         """Return the differences of vectors, of shape (vectors, samples): window by window, in it signal by signal."""
-        return self.native.stacked(list(vectors), self.tolerance, held)
+        return self.native.stacked(list(vectors), held)
 
     def by_sensor(self, of: Callable[[Sensor, Array], Array], stacked: Array) -> Array:
         """Return the readings' residuals of differences in the order of `stacked`."""

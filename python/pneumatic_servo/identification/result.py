@@ -18,6 +18,7 @@ from pneumatic_servo.files import check_ending, whole
 from pneumatic_servo.identification.causes import Cause, causes
 from pneumatic_servo.identification.fitted import Estimate, Fitted
 from pneumatic_servo.identification.free_form import FreeForm, free_form
+from pneumatic_servo.identification.problem import TOLERANCE
 from pneumatic_servo.identification.ranges import Ranges
 from pneumatic_servo.identification.residuals import Residuals
 from pneumatic_servo.identification.verdict import Verdict, verdict
@@ -197,7 +198,7 @@ class Fit(Fitted):
         record = problem.windows[segment].record
         runs = model._run_many(
             [problem.experiment.typed(settings)],
-            common={"solver.relativeTolerance": problem.exactness * problem.tolerance},
+            common={"solver.relativeTolerance": problem.exactness * TOLERANCE},
             inputs={name: (record.grid, course[None, :]) for name, course in inputs.items()},
             stop=(len(record.grid) - 1) * record.step,
             step=record.step,

@@ -26,28 +26,7 @@ def fastest(speed: Array) -> float:
 
 def slope(values: Array, step: float, width: float) -> Array:
     """Return the slopes of parabolas fitted about each of equidistant samples, over a width in s."""
-    return _native.parabolas(_plain(values), step, width)[1]
-
-
-def smooth(values: Array, step: float, width: float) -> Array:
-    """Return the values of the same parabolas."""
-    return _native.parabolas(_plain(values), step, width)[0]
-
-
-def low_pass(values: Array, step: float, lag: float) -> Array:
-    """Return equidistant samples after a filter of first order, whose time constant in s is the lag.
-
-    The signal is on straight lines between them, for which this is exact, and has been what it begins with before.
-    """
-    return _native.low_pass(_plain(values), step, lag)
-
-
-def follow(values: Array, play: float) -> Array:
-    """Return a signal after a backlash: it rests while the signal stays within the play about it.
-
-    A jitter smaller than the play becomes rest; a motion is followed at the distance of the play.
-    """
-    return _native.follow(_plain(values), play)
+    return _native.slopes(_plain(values), step, width)
 
 
 def _plain(values: Array) -> Array:

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from pneumatic_servo.identification.causes import Cause
 from pneumatic_servo.identification.fitted import Fitted
 from pneumatic_servo.identification.free_form import FreeForm
-from pneumatic_servo.identification.intervals import at_bounds
 from pneumatic_servo.identification.ranges import Ranges, held_of
 from pneumatic_servo.identification.regimes import Regime, regimes
 from pneumatic_servo.identification.residuals import Residuals
@@ -82,7 +81,7 @@ def verdict(
 def _of_search(fit: Fitted) -> Iterator[Finding]:
     if not fit.converged:
         yield Finding("red", f"The search did not converge ({fit.message}).")
-    bounded = at_bounds(fit.problem, fit.x)
+    bounded = dict(fit.problem.native.at_bounds(fit.x))
     untold = ", ".join(name for name in fit.not_identifiable if name not in bounded)
     if untold:
         yield Finding("yellow", f"{untold}: not identifiable from these data. Fix it, or measure what determines it.")

@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
+import math
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from functools import partial
 
-import numpy as np
-from numpy.typing import NDArray
 from tqdm import tqdm
 
-Array = NDArray[np.float64]
+from pneumatic_servo.argument_names import quoted
 
 Told = bool | Callable[[str], None]
 """Whether to show progress, or the function that is told it."""
+QUICK = 0.1
+"""Interval in s at which a line on a terminal changes."""
 QUIET = 10.0
 """Interval in s of lines of progress where there is no terminal."""
 
@@ -24,41 +26,54 @@ class Watch:
 
     Attributes
     ----------
-    best : ndarray or None
-        The best vector of the present stage, or of the last one that had any.
     runs : int
         Vectors that were simulated.
+    notes : list of str
+        What it has told that stays to be read.
+    every : float
+        Interval in s at which it wants to hear of vectors; infinity if it tells nobody.
     """
 
     def __init__(self, label: str) -> None:
         self.label = label
-        self.best: Array | None = None
         self.runs = 0
-        self._cost = np.inf
+        self.notes: list[str] = []
+        self.every = math.inf
+        self._cost = math.inf
         self._stage = "first search"
         self._tell: Callable[[str], None] = lambda text: None
         self._say: Callable[[str], None] = lambda text: None
 
-    def told_by(self, tell: Callable[[str], None], say: Callable[[str], None]) -> None:
+    def told_by(self, tell: Callable[[str], None], say: Callable[[str], None], every: float = 0.0) -> None:
         """Tell one function how far it is from now on, and another what has to be known at once."""
-        self._tell, self._say = tell, say
+        self._tell, self._say, self.every = tell, say, every
 
     def stage(self, name: str) -> None:
         """Begin something else, whose misfits are not to be compared with those before."""
-        self._stage, self._cost = name, np.inf
+        self._stage, self._cost = name, math.inf
         self._tell(name)
 
-    def see(self, x: Array, cost: float) -> None:
-        """Take notice of a vector and its mean square in units of the noise."""
-        self.runs += 1
-        if cost <= self._cost or self.best is None or len(x) != len(self.best):
-            self.best, self._cost = np.array(x), min(cost, self._cost)
-        best = f"the best leaves {np.sqrt(self._cost):.4g} times the noise"
+    def see(self, cost: float, least: float = math.inf, number: int = 1) -> None:
+        """Take notice of the mean square of a vector in units of the noise, and the least one of the last vectors."""
+        self.runs += number
+        self._cost = min(cost, least, self._cost)
+        best = f"the best leaves {math.sqrt(self._cost):.4g} times the noise"
         self._tell(f"cost {cost:.5g} ({best}; {self._stage}, {self.runs} runs)")
 
     def done(self, text: str) -> None:
         """Tell how far something has come."""
         self._tell(text)
+
+    def hidden(self, names: Sequence[str]) -> None:
+        """Tell which parameters are hardly identifiable, if there are any, before the search."""
+        if not names:
+            return
+        text = (
+            f"not identifiable at the start values: {', '.join(names)}; what is found may be anything; where a value "
+            f"is known, give it by {quoted('settings')}"
+        )
+        self.notes.append(text)
+        self.say(text)
 
     def say(self, text: str) -> None:
         """Tell something that has to be known at once, and stays to be read."""
@@ -78,10 +93,12 @@ def told(progress: Told, watch: Watch) -> Iterator[None]:
             watch.told_by(
                 lambda text: bar.set_description_str(f"{watch.label}: {text}"),
                 lambda text: bar.write(f"{watch.label}: {text}", file=sys.stderr),
+                QUICK,
             )
             yield
     else:
-        watch.told_by(_lines(watch.label), lambda text: print(f"{watch.label}: {text}", file=sys.stderr, flush=True))
+        say = partial(print, f"{watch.label}:", file=sys.stderr, flush=True)
+        watch.told_by(_lines(watch.label), say, QUIET)
         yield
 
 

@@ -2,15 +2,15 @@
 
 use std::cell::{Cell, RefCell};
 
-use pneumatic_servo_fit::Refused;
 use pneumatic_servo_fit::candidates;
 use pneumatic_servo_fit::experiment::{Given, Kind, Options, of_kind};
-use pneumatic_servo_fit::fitting::{self, Answer, Course, Estimate, NoAnswer, Question};
+use pneumatic_servo_fit::fitting::{self, Answer, Course, Estimate, Question};
 use pneumatic_servo_fit::law::usual;
 use pneumatic_servo_fit::parameter::Values;
 use pneumatic_servo_fit::problem::Interrupted;
 use pneumatic_servo_fit::search::Watch;
 use pneumatic_servo_fit::verdict::verdict;
+use pneumatic_servo_fit::{NoAnswer, Refused};
 use serde_json::{Value, json};
 
 /// Fits what a question asks for, with the samples of its signals one after the other, and returns the answer and the samples of
