@@ -261,3 +261,29 @@ fn velocity_of_a_mass_that_sets_out_from_rest_is_told() {
         }
     }
 }
+
+/// Steps are explicit, or implicit beside a throttle, a cushion or a quick exhaust.
+#[test]
+fn voltage_that_rests_at_the_edge_of_the_play_is_told_in_steps_of_any_kind() {
+    let options: [&[(&str, Value)]; 4] = [
+        &[],
+        &[("throttleA.C", Value::Number(2e-9)), ("throttleB.C", Value::Number(2e-9))],
+        &[("cushion.length", Value::Number(0.02))],
+        &[("quickExhaustA.C", Value::Number(1e-8))],
+    ];
+    for option in options {
+        let voltage = [("valveVoltage", Value::Number(6.5))];
+        let mut plant = start(&pneumatic_servo_cylinder::MODEL, &[&voltage, option].concat());
+        plant.advance_to(0.005).expect("advances");
+        let found = plant.transition(1e-3, &[], &["velocity"]).expect("a transition");
+        let column = found.states.len();
+        let lost = found.lost.iter().find(|(place, _)| *place == column);
+        let (_, why) = lost.unwrap_or_else(|| panic!("{option:?}: a slope by the voltage"));
+        assert_eq!(why.event, "valveVoltage", "{option:?}");
+        assert!(found.b.iter().all(|row| row[0].is_nan()), "{option:?}");
+        // By a voltage that moves there is a slope.
+        plant.set("valveVoltage", 6.6).expect("an input");
+        let found = plant.transition(1e-3, &[], &["velocity"]).expect("a transition");
+        assert!(found.lost.is_empty(), "{option:?}: {:?}", found.lost);
+    }
+}

@@ -244,8 +244,14 @@ impl Actuating for ProportionalValve {
         commands: Commands<S>,
         set_point: &S::Held,
     ) -> [S; STATES] {
-        let set_point = self.set_point(commands.voltage, S::held(*set_point));
-        [self.valve.spool.acceleration(set_point, spool, velocity), velocity]
+        let before = S::held(*set_point);
+        let mut followed = self.set_point(commands.voltage, before);
+        // Where the set point rests at the edge of its play it has no slope by the voltage, which its slopes say by NaN, and neither has
+        // the spool: the difference is 0, or takes NaN over.
+        if S::Held::VARIES && followed.value() == before.value() {
+            followed -= S::held(*set_point) - before;
+        }
+        [self.valve.spool.acceleration(followed, spool, velocity), velocity]
     }
 
     fn half<S: Varying>(&self, step: f64) -> [[S; STATES]; STATES] {
