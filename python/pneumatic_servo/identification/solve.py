@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Sequence
 from concurrent import futures
 from concurrent.futures import Executor, Future
@@ -180,6 +181,12 @@ def _by(
             watch.see(2.0 * ends[-1][1] / size)
     except KeyboardInterrupt:
         if not solutions:
+            raise
+        is_interrupted = True
+    except futures.BrokenExecutor:
+        # A terminal interrupts the workers, too, which may end before the interrupt is noticed here.
+        time.sleep(LOOK)
+        if not solutions or not is_halted():
             raise
         is_interrupted = True
     finally:
