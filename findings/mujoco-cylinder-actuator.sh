@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
-# MuJoCo 4.0.0 has an actuator `cylinder`, "for pneumatic or hydraulic cylinders": a control signal, one lag, a force. There is no air in
-# it: closed at 5 bar it pushes with the same 500 N wherever the rod is, no position makes a spring of it, and -6 bar, five below vacuum,
-# pull with 600 N. Of `area` and `diameter` the latter wins without a word. The lag is an Euler step of `timeconst` with every integrator
-# but RK4: at a step of one time constant it has reached 100 % instead of 63 %. Below half a step it oscillates and grows, and 0, which
+# MuJoCo 4.0.0 has an actuator `cylinder`, meant for fluid power: a control signal, one lag, a force. There is no air in it: closed
+# at 5 bar it pushes with the same 500 N wherever the rod is, so nothing makes a spring of it, and -6 bar, five below vacuum, pull with
+# 600 N. Of `area` and `diameter` the latter wins without a word. With Euler and implicitfast the lag is an Euler step of `timeconst`:
+# steps of one time constant reach 100 % in it instead of 63 %. A `timeconst` below half a step oscillates and grows, and 0, which
 # reads like a valve without lag, gives 6e17 Pa in the first step; then the simulation starts anew, the command 0, with a line in a log.
 . "$(dirname "$0")/common.sh"
 pinned mujoco==4.0.0 numpy==2.3.5
