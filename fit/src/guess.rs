@@ -306,7 +306,8 @@ mod tests {
     /// the damping of bristles is a tenth of their force.
     #[test]
     fn levels_of_a_map_are_those_of_its_friction_at_any_load() {
-        let cases: [(&str, &[(&str, &str, f64)]); 9] = [
+        type Parameters<'a> = &'a [(&'a str, &'a str, f64)];
+        let cases: [(&str, Parameters); 9] = [
             ("Stribeck", &[("Fc", "N", 10.0), ("Fs", "N", 14.0), ("vs", "m/s", 0.01), ("sigma2", "N.s/m", 20.0)]),
             ("LuGre", &[("Fs", "N", 14.0), ("sigma0", "N/m", 1e4), ("sigma1", "N.s/m", 10.0), ("vd", "m/s", 0.1)]),
             ("Polito", &[("Fc1", "N", 10.0), ("Fc2", "N", 10.0), ("c1", "N.s/m", 20.0), ("c2", "N.s/m", 20.0)]),
