@@ -1,4 +1,4 @@
-//! Runs as the simulation of a least-squares problem, by whatever does the work.
+//! The simulation of a least-squares problem by runs, which the workers of the caller make.
 
 use std::collections::BTreeMap;
 use std::sync::OnceLock;

@@ -204,9 +204,9 @@ impl LeastSquares {
         limits(&started(&**experiment, segments, parameters))
     }
 
-    /// [`Search::run`]. `watch` hears of it: its `see` of the least mean square and the number of vectors, every so many seconds, its
-    /// `stage`, `done` and `hidden`. `solver` searches elsewhere, in place of the threads here: it gets a problem, the number of
-    /// starts, and a function that tells whether to stop.
+    /// [`Search::run`]. Its progress goes to methods of `watch`: to `see` the least mean square and the number of vectors, once in
+    /// `every` seconds; to `stage`, `done` and `hidden` their texts and names. `solver` searches elsewhere, in place of the threads
+    /// here: it gets a problem, the number of starts, and a function that tells whether to stop.
     #[expect(clippy::too_many_arguments, reason = "the Python package calls it")]
     #[pyo3(signature = (sources, notes, starts, seed, loss, watch, every, solver=None))]
     fn search<'py>(

@@ -86,7 +86,7 @@ struct Heard {
 
 /// The logger of all instances; the environment is what one of them has told.
 unsafe extern "C" fn hear(environment: Pointer, _instance: Text, status: c_int, _category: Text, message: Text) {
-    // SAFETY: the environment is that of `Instance::new`, which outlives the instance.
+    // SAFETY: the environment is the pointer to `Heard` that `Instance::new` has given; its box outlives the C instance.
     let heard = unsafe { &*environment.cast::<Mutex<Heard>>() };
     // SAFETY: messages end with a zero byte.
     let text = unsafe { CStr::from_ptr(message) }.to_string_lossy().replace("%%", "%");

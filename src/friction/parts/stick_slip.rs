@@ -110,7 +110,7 @@ pub struct StickSlip<L> {
     dwell: Dwell,
 }
 
-/// The parameters of the law, then those of the growth.
+/// The parameters of the law, then those of the break-away force that grows at rest.
 impl<L: ParameterSet> ParameterSet for StickSlip<L> {
     const LEN: usize = L::LEN + Dwell::LEN;
 

@@ -311,7 +311,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
         self.pressure_force(x) + self.stops.force(State::Position.get(x), rate)
     }
 
-    /// A force in N and that of the guide against the motion, if there is one.
+    /// The sum in N of a force and of the friction of the guide, where the cylinder has a guide.
     #[inline(always)]
     fn with_guide<S: Scalar>(
         &self,
