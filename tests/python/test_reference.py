@@ -20,7 +20,7 @@ COLUMNS = {
     "frictionForce": "frictionForce",
 }
 SAMPLE = ["default-Stribeck", "lugre-stiff", "end-stops-Stribeck"]
-"""Events, a stiff law, and end stops. The library meets all trajectories in tests/reference.rs."""
+"""Events, a stiff law, and end stops. The library meets all trajectories in tests/plant/reference.rs."""
 
 
 def signal(definition: Any, time: float) -> float:

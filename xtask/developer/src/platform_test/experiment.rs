@@ -25,7 +25,12 @@ const FACES: [(&str, Part); 3] = [(FMI3, 4), (EVENTS, 4), (EXCHANGE, 20)];
 const LAWS_OF_FMI3: [&str; 3] = ["Stribeck", "LuGre", "DNLRX"];
 
 /// A fraction of the experiment, 4 for the first quarter.
-type Part = u32;
+pub type Part = u32;
+
+/// All of an experiment.
+pub const WHOLE: Part = 1;
+/// What shows whether bits agree: one reversal of the cylinder, and its stop.
+pub const QUARTER: Part = 4;
 
 /// Runs that would take more than half of the time together, in an emulator minutes, and their parts.
 const LONG: [(&str, Part); 3] = [("Festoon_Bristle", 20), ("FrictionBench_Bristle", 20), ("Festoon_BlimanSorine", 4)];
@@ -70,13 +75,17 @@ const OPTIONS: [(&str, Changes); 2] = [
     ),
 ];
 
-/// The experiments of all models.
-pub fn all() -> String {
-    models::ALL.iter().map(of).collect()
+/// The experiments of all models, or a part of each.
+pub fn all(part: Part) -> String {
+    models::ALL.iter().map(|model| part_of(model, part)).collect()
 }
 
-/// The experiments of a model.
+/// The whole experiments of a model.
 pub fn of(model: &Model) -> String {
+    part_of(model, WHOLE)
+}
+
+fn part_of(model: &Model, part: Part) -> String {
     let variables = model.table();
     let (step, steps, courses) = (model.experiment.step_size, model.experiment.steps(), courses(model));
     let mut text = format!("experiment {} {steps} {:x} ", guid(model), step.to_bits());
@@ -93,7 +102,7 @@ pub fn of(model: &Model) -> String {
             .filter(|variable| variable.role == Role::Output && is_real(variable))
             .map(|variable| variable.reference),
     );
-    for run in runs(model) {
+    for run in runs(model, part) {
         push_run(&mut text, model, &run);
     }
     text
@@ -107,16 +116,17 @@ struct Run {
     changes: Vec<(&'static str, f64)>,
 }
 
-fn runs(model: &Model) -> Vec<Run> {
-    let steps = model.experiment.steps();
+/// The runs of which no more than a part is wanted.
+fn runs(model: &Model, most: Part) -> Vec<Run> {
+    let steps = |part: Part| model.experiment.steps() / part.max(most);
     let all = variants(model);
     let of_fmi2 = all.iter().map(|(label, _, changes)| {
-        let part = LONG.iter().find(|(long, _)| long == label).map_or(1, |(_, part)| *part);
-        Run { face: FMI2, label: label.clone(), steps: steps / part, changes: changes.clone() }
+        let part = LONG.iter().find(|(long, _)| long == label).map_or(WHOLE, |(_, part)| *part);
+        Run { face: FMI2, label: label.clone(), steps: steps(part), changes: changes.clone() }
     });
     let of_fmi3 = all.iter().filter(|(_, law, _)| law.is_none_or(|law| LAWS_OF_FMI3.contains(&law)));
     let of_fmi3 = of_fmi3.flat_map(|(label, _, changes)| {
-        FACES.map(|(face, part)| Run { face, label: label.clone(), steps: steps / part, changes: changes.clone() })
+        FACES.map(|(face, part)| Run { face, label: label.clone(), steps: steps(part), changes: changes.clone() })
     });
     of_fmi2.chain(of_fmi3.filter(|run| run.face != EXCHANGE || is_exchanged(model))).collect()
 }

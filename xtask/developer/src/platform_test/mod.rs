@@ -27,7 +27,7 @@ pub use self::results::same;
 pub fn run(workspace: &Workspace) -> Result<()> {
     tools::require(missing(&Platform::ALL)?)?;
     let (mut libraries, (again, macos)) = process::both(
-        || compared(workspace, [&workspace.inside("platform-test"), workspace]),
+        || compared(workspace, [&workspace.inside("platform-test"), workspace], &experiment::all(experiment::WHOLE)),
         || {
             let again = Reproduction::build(workspace).context("linux64 in another place")?;
             heading("Build the shared library for darwin64");
@@ -45,7 +45,7 @@ pub fn run(workspace: &Workspace) -> Result<()> {
 }
 
 /// Builds, runs and compares the libraries of the platforms that can be run here, or names the missing tools. Libraries for other
-/// platforms are compiled in half of the time, with less optimization and the same bits.
+/// platforms are compiled in half of the time, with less optimization and the same bits, and run a quarter of the experiments.
 ///
 /// # Errors
 /// When a test fails, or under CI when a tool is missing.
@@ -54,7 +54,7 @@ pub fn run_if_possible(workspace: &Workspace) -> Result<()> {
         Ok(()) => {
             let settings = ["opt-level=1", "lto='off'", "codegen-units=16"].map(|it| format!("profile.release.{it}"));
             let others = Workspace { settings: settings.into(), ..workspace.inside("platform-test") };
-            let libraries = compared(workspace, [&others; 2])?;
+            let libraries = compared(workspace, [&others; 2], &experiment::all(experiment::QUARTER))?;
             heading("Refuse damaged libraries");
             libraries.iter().try_for_each(refuse_damaged)
         }
@@ -76,18 +76,21 @@ fn missing(platforms: &[Platform]) -> Result<Vec<(&'static str, Vec<Tool>)>> {
 /// Builds the libraries for Linux, for Linux on Arm and for Windows, the last two in places of their own, runs and compares them;
 /// returns those that FMUs hold. Two things at a time: one build alone leaves half of two processors idle, because large crates
 /// are one unit of work, and so does an emulator.
-fn compared(workspace: &Workspace, [on_arm, on_windows]: [&Workspace; 2]) -> Result<Vec<Library>> {
-    let experiments = experiment::all();
+fn compared(
+    workspace: &Workspace,
+    [on_arm, on_windows]: [&Workspace; 2],
+    experiments: &str,
+) -> Result<Vec<Library>> {
     let (arm, linux) =
         process::both(|| aarch64::build(on_arm).context("Linux on Arm"), || Library::for_tests(workspace))?;
     let (reference, windows) = process::both(
-        || compare_processors(workspace, &linux.bytes, &arm, &experiments),
+        || compare_processors(workspace, &linux.bytes, &arm, experiments),
         || {
             heading("Build the shared library for win64");
             Library::for_everybody(on_windows, Platform::Win64)
         },
     )?;
-    let results = Machine::Windows.run(workspace, &windows.bytes, &experiments)?;
+    let results = Machine::Windows.run(workspace, &windows.bytes, experiments)?;
     results::same(Machine::Windows.name(), &reference, &results)?;
     Ok(vec![linux, windows])
 }
