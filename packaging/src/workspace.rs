@@ -24,8 +24,6 @@ pub struct Workspace {
     pub environments: PathBuf,
     /// Product to pack.
     pub product: Product,
-    /// Settings of Cargo for libraries that override the manifest: `profile.release.lto='off'`.
-    pub settings: Vec<String>,
 }
 
 impl Workspace {
@@ -45,14 +43,7 @@ impl Workspace {
         let metadata = process::metadata(MetadataCommand::new().manifest_path(package.join("Cargo.toml")).no_deps())?;
         let target = metadata.target_directory.into_std_path_buf();
         let environments = process::variable(ENVIRONMENTS).map_or_else(|| target.clone(), PathBuf::from);
-        Ok(Self {
-            root: metadata.workspace_root.into(),
-            home: home(),
-            environments,
-            target,
-            product,
-            settings: Vec::new(),
-        })
+        Ok(Self { root: metadata.workspace_root.into(), home: home(), environments, target, product })
     }
 
     /// The project's workspace, with target directory and environments in a folder of a test.
@@ -60,7 +51,7 @@ impl Workspace {
     pub fn of_a_test(target: &Path) -> Self {
         let (target, environments) = (target.to_owned(), target.join("environments"));
         let product = Product::of_the_project(&home());
-        Self { root: home(), home: home(), target, environments, product, settings: Vec::new() }
+        Self { root: home(), home: home(), target, environments, product }
     }
 
     /// The same source with a target directory of its own below this one's, so that two builds can run at a time.

@@ -66,7 +66,6 @@ mod sensitivity;
 mod sensitivity_edges;
 mod sensitivity_of_drive;
 mod sensitivity_of_laws;
-mod slopes_of_runs;
 mod solver;
 mod solver_errors;
 mod thermodynamics;

@@ -47,7 +47,7 @@ impl<'a> Recipe<'a> {
             strip: "symbols",
             flags,
             own_flags: Vec::new(),
-            settings: workspace.settings.clone(),
+            settings: Vec::new(),
             features: Vec::new(),
             environment: Vec::new(),
         }

@@ -85,8 +85,7 @@ mod tests {
         }
         let parts = pneumatic_servo_packaging::product::Product::of_the_project(&root);
         let [home, target, environments] = [root.clone(), root.join("target"), root.join("environments")];
-        let workspace =
-            Workspace { root: root.clone(), home, target, environments, product: parts, settings: Vec::new() };
+        let workspace = Workspace { root: root.clone(), home, target, environments, product: parts };
         run(&workspace)?;
         for name in ["PneumaticServoCylinder.xml", "FrictionBench.xml", "experiments.json"] {
             let written = files::text(root.join("modelDescription").join(name))?;

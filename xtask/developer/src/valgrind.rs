@@ -131,9 +131,11 @@ The instruction counts of a communication step need valgrind.";
 /// When a run fails, valgrind is missing or a record cannot be written.
 pub fn record(workspace: &Workspace) -> Result<()> {
     heading("Bits of many runs, counts in the docs");
-    let mut cargo = process::cargo();
-    cargo.args(["test", "--test", "recorded_runs", "--test", "documented"]).env("SERVO_RECORD", "1");
-    process::run(cargo.current_dir(&workspace.root).env("CARGO_TARGET_DIR", &workspace.target))?;
+    for tests in [&["recorded_runs"][..], &["plant", "documented"]] {
+        let mut cargo = process::cargo();
+        cargo.args(["test", "--test"]).args(tests).env("SERVO_RECORD", "1");
+        process::run(cargo.current_dir(&workspace.root).env("CARGO_TARGET_DIR", &workspace.target))?;
+    }
     heading("Instructions of a communication step");
     ensure!(is_available(), "valgrind is missing (on Debian or Ubuntu: apt install valgrind)");
     let text = serde_json::to_string_pretty(&count(workspace)?)?;

@@ -44,16 +44,15 @@ pub fn run(workspace: &Workspace) -> Result<()> {
     again.compare(workspace, &libraries)
 }
 
-/// Builds, runs and compares the libraries of the platforms that can be run here, or names the missing tools. Libraries for other
-/// platforms are compiled in half of the time, with less optimization and the same bits, and run a quarter of the experiments.
+/// Builds, runs and compares the libraries of the platforms that can be run here over a quarter of the experiments, or names the
+/// missing tools.
 ///
 /// # Errors
 /// When a test fails, or under CI when a tool is missing.
 pub fn run_if_possible(workspace: &Workspace) -> Result<()> {
     match tools::require(missing(&[Platform::Linux64, Platform::Win64])?) {
         Ok(()) => {
-            let settings = ["opt-level=1", "lto='off'", "codegen-units=16"].map(|it| format!("profile.release.{it}"));
-            let others = Workspace { settings: settings.into(), ..workspace.inside("platform-test") };
+            let others = workspace.inside("platform-test");
             let libraries = compared(workspace, [&others; 2], &experiment::all(experiment::QUARTER))?;
             heading("Refuse damaged libraries");
             libraries.iter().try_for_each(refuse_damaged)
@@ -76,11 +75,7 @@ fn missing(platforms: &[Platform]) -> Result<Vec<(&'static str, Vec<Tool>)>> {
 /// Builds the libraries for Linux, for Linux on Arm and for Windows, the last two in places of their own, runs and compares them;
 /// returns those that FMUs hold. Two things at a time: one build alone leaves half of two processors idle, because large crates
 /// are one unit of work, and so does an emulator.
-fn compared(
-    workspace: &Workspace,
-    [on_arm, on_windows]: [&Workspace; 2],
-    experiments: &str,
-) -> Result<Vec<Library>> {
+fn compared(workspace: &Workspace, [on_arm, on_windows]: [&Workspace; 2], experiments: &str) -> Result<Vec<Library>> {
     let (arm, linux) =
         process::both(|| aarch64::build(on_arm).context("Linux on Arm"), || Library::for_tests(workspace))?;
     let (reference, windows) = process::both(

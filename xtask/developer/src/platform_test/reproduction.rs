@@ -29,8 +29,8 @@ impl Reproduction {
         copy(&workspace.root, &root)?;
         let environments = workspace.environments.clone();
         let product = Product::of_the_project(&root);
-        let (target, home, settings) = (root.join("elsewhere"), root.clone(), Vec::new());
-        let elsewhere = Workspace { target, home, root, environments, product, settings };
+        let (target, home) = (root.join("elsewhere"), root.clone());
+        let elsewhere = Workspace { target, home, root, environments, product };
         let library = Library::for_everybody(&elsewhere, Platform::Linux64)?;
         Ok(Self { elsewhere, library })
     }
