@@ -19,7 +19,7 @@ use crate::refused::{NoAnswer, Refused};
 use crate::runs::Runs;
 use crate::search::{Loss, Watch};
 use crate::sensor::Sensor;
-use crate::simulation::{Piece, Workers};
+use crate::simulation::{Task, Workers};
 use crate::study::{Source, Study};
 
 /// Samples for each parameter, at least.
@@ -110,7 +110,7 @@ impl Alone<'_> {
 }
 
 impl Workers for Alone<'_> {
-    fn each(&self, count: usize, work: &Piece<'_>) -> Result<(), Interrupted> {
+    fn each(&self, count: usize, work: &Task<'_>) -> Result<(), Interrupted> {
         (0..count).for_each(|place| work(place, &|share| self.goes_on(share)));
         Ok(())
     }

@@ -11,7 +11,7 @@ use crate::runs::{Point, Runs};
 pub type Underivable = BTreeMap<String, String>;
 
 /// A piece of work by its number, which asks now and then, with the share that is done, whether to go on.
-pub type Piece<'a> = dyn Fn(usize, &dyn Fn(f64) -> bool) + Sync + 'a;
+pub type Task<'a> = dyn Fn(usize, &dyn Fn(f64) -> bool) + Sync + 'a;
 
 /// What does pieces of work: one after the other, or many side by side.
 pub trait Workers {
@@ -19,7 +19,7 @@ pub trait Workers {
     ///
     /// # Errors
     /// [`Interrupted`].
-    fn each(&self, count: usize, work: &Piece<'_>) -> Result<(), Interrupted>;
+    fn each(&self, count: usize, work: &Task<'_>) -> Result<(), Interrupted>;
 
     /// Hears of names by which a run has no derivative.
     fn underivable(&self, _names: Underivable) {}

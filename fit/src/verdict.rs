@@ -66,11 +66,11 @@ pub fn verdict(answer: &Answer) -> (Light, Vec<Finding>) {
 fn of_search(answer: &Answer) -> Vec<Finding> {
     let end = format!("The search did not converge: {}", answer.message);
     let search = (!answer.converged).then_some(Finding { light: Light::Red, text: end });
-    let untold = answer.estimates.iter().filter_map(|one| {
+    let undetermined = answer.estimates.iter().filter_map(|one| {
         let text = format!("{} is not identifiable: {}", one.parameter.0, one.undetermined?);
         Some(Finding { light: Light::Yellow, text })
     });
-    search.into_iter().chain(untold).collect()
+    search.into_iter().chain(undetermined).collect()
 }
 
 fn of_residuals(answer: &Answer) -> Vec<Finding> {

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use crate::failure::refused;
 use crate::simulation::{Simulation, check_step};
 use crate::threads::pool;
-use crate::transition::{Asked, Told, transition_error_of};
+use crate::transition::{Asked, TransitionParts, transition_error_of};
 
 /// Steps of a size in s of many simulations, each of which is another one, on a number of threads: what each does to small changes.
 #[pyfunction]
@@ -18,7 +18,7 @@ pub fn transitions<'py>(
     parameters: Vec<String>,
     outputs: Vec<String>,
     workers: usize,
-) -> PyResult<Vec<Told<'py>>> {
+) -> PyResult<Vec<TransitionParts<'py>>> {
     simulations.iter().try_for_each(|it| check_step(&it.get().plant(py), size))?;
     let work: Vec<&Simulation> = simulations.iter().map(Py::get).collect();
     if let Some(index) = (0..work.len()).find(|it| work[..*it].iter().any(|other| std::ptr::eq(*other, work[*it]))) {

@@ -399,7 +399,8 @@ pub enum Making<'py> {
 }
 
 /// A controller, its settings, its inputs over time, and the names of what it measures, sets and notes.
-type Beside<'py> = (Making<'py>, Vec<Setting>, Vec<(String, Courses<'py>)>, Vec<String>, Vec<String>, Vec<String>);
+type ControllerArguments<'py> =
+    (Making<'py>, Vec<Setting>, Vec<(String, Courses<'py>)>, Vec<String>, Vec<String>, Vec<String>);
 
 /// A loop without its controller.
 struct Plan<'py> {
@@ -427,7 +428,7 @@ pub fn simulate_closed<'py>(
     settings: Vec<Setting>,
     runs: Vec<Vec<Setting>>,
     inputs: Vec<(String, Courses<'py>)>,
-    controller: Beside<'py>,
+    controller: ControllerArguments<'py>,
     sampling: (f64, usize, usize),
     grid: (f64, f64, usize, usize),
     outputs: Vec<String>,

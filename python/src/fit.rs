@@ -20,7 +20,7 @@ use pneumatic_servo_fit::problem::{Interrupted, Problem, TOLERANCE};
 use pneumatic_servo_fit::runs::Given;
 use pneumatic_servo_fit::search::{self, Effort, Loss, Solution, Unwatched, Watch, refine, scattered};
 use pneumatic_servo_fit::sensor::Sensor;
-use pneumatic_servo_fit::simulation::{Piece, Simulation, Underivable, Workers};
+use pneumatic_servo_fit::simulation::{Simulation, Task, Underivable, Workers};
 use pneumatic_servo_fit::smoothing;
 use pneumatic_servo_fit::study::{Source, Study};
 use pyo3::exceptions::{PyKeyboardInterrupt, PyValueError};
@@ -44,7 +44,7 @@ type Noise = (f64, f64, bool);
 pub type Free = (String, String, f64, f64, f64, f64, bool, bool, f64, f64);
 /// Name, text, value and interval, item, signal, share of its squares, decrease of the sum of squares, causes alike, and whether
 /// it is a sensor.
-type Told = (String, String, Option<(f64, f64, f64)>, Option<String>, String, f64, f64, Vec<String>, bool);
+type CauseParts = (String, String, Option<(f64, f64, f64)>, Option<String>, String, f64, f64, Vec<String>, bool);
 /// Derivatives of shape (samples, parameters), scores, and numbers of block and record of each sample.
 type Linearised<'py> = (Matrix<'py>, Vector<'py>, Vec<usize>, Vec<usize>);
 
@@ -125,7 +125,7 @@ pub struct Outcome<'py> {
     choices: Choices,
     best: Option<Found<'py>>,
     notes: Vec<String>,
-    other_form: Option<Told>,
+    other_form: Option<CauseParts>,
     is_interrupted: bool,
 }
 
@@ -378,7 +378,7 @@ impl LeastSquares {
         choices: Vec<(String, String, Vec<String>)>,
         has_clock: bool,
         is_noise: bool,
-    ) -> PyResult<Vec<Told>> {
+    ) -> PyResult<Vec<CauseParts>> {
         let of = |every: Vec<Free>| every.into_iter().map(parameter).collect();
         let choice = |(name, fixed, others)| Choice { name, fixed, others };
         let choices = choices.into_iter().map(choice).collect();
@@ -496,7 +496,7 @@ struct Threads<'a> {
 }
 
 impl Workers for Threads<'_> {
-    fn each(&self, count: usize, work: &Piece<'_>) -> Result<(), Interrupted> {
+    fn each(&self, count: usize, work: &Task<'_>) -> Result<(), Interrupted> {
         let goes_on = |_| !self.stage.is_halted();
         self.pool.install(|| (0..count).into_par_iter().for_each(|place| work(place, &goes_on)));
         if self.stage.is_halted() { Err(Interrupted) } else { Ok(()) }
@@ -594,7 +594,7 @@ fn outcome(py: Python<'_>, reached: Reached, is_interrupted: bool, workers: usiz
     }
 }
 
-fn of_cause(Cause { name, text, estimate, item, signal, share, gain, alike, is_sensor }: Cause) -> Told {
+fn of_cause(Cause { name, text, estimate, item, signal, share, gain, alike, is_sensor }: Cause) -> CauseParts {
     let estimate = estimate.map(|(value, [low, high])| (value, low, high));
     (name, text, estimate, item, signal, share, gain, alike, is_sensor)
 }

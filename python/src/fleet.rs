@@ -18,7 +18,7 @@ use crate::model::Model;
 use crate::recording::places;
 use crate::simulation::SavedState;
 use crate::threads::pool;
-use crate::transition::{Asked, Told, transition_error_of};
+use crate::transition::{Asked, TransitionParts, transition_error_of};
 use crate::value::{Setting, apply, setup};
 
 /// Plants of one model with one driven input, stepped together.
@@ -170,7 +170,7 @@ impl Fleet {
         steps: usize,
         parameters: Vec<String>,
         outputs: Vec<String>,
-    ) -> PyResult<Vec<Vec<Told<'py>>>> {
+    ) -> PyResult<Vec<Vec<TransitionParts<'py>>>> {
         let inputs = inputs.as_slice()?;
         let mut plants = self.plants(py);
         let place = self.place(inputs, plants.len())?;

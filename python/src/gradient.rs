@@ -15,7 +15,7 @@ use crate::value::{Setting, setup};
 use crate::watch::Watch;
 
 /// By inputs `[input, step]` in the order of the table, by states with their names, and by parameters.
-type Told<'py> = (Bound<'py, PyArray2<f64>>, Vec<(String, f64)>, Vec<f64>);
+type GradientParts<'py> = (Bound<'py, PyArray2<f64>>, Vec<(String, f64)>, Vec<f64>);
 
 /// A run that can be made again and again.
 struct Again {
@@ -37,7 +37,7 @@ pub fn gradient<'py>(
     outputs: Vec<String>,
     cotangents: PyReadonlyArray2<'py, f64>,
     parameters: Vec<String>,
-) -> PyResult<Told<'py>> {
+) -> PyResult<GradientParts<'py>> {
     let mut again = Again::new(model, &settings, &inputs, grid.into())?;
     let (rows, every, last) = (again.grid.rows(), again.grid.every, again.grid.count);
     let weights = shaped("cotangents", cotangents.as_array(), [outputs.len(), rows])?;

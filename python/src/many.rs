@@ -189,10 +189,10 @@ pub fn simulate_many<'py>(
 }
 
 /// For each run the rows recorded and why it stopped early; and what was noticed first of each variable, with the number of its run.
-type Told = (Vec<(usize, Option<String>)>, Vec<(usize, Noticed)>);
+type Endings = (Vec<(usize, Option<String>)>, Vec<(usize, Noticed)>);
 
 /// The ends of runs as Python takes them.
-pub fn told(runs: Vec<Reached>) -> Told {
+pub fn told(runs: Vec<Reached>) -> Endings {
     let mut noticed: Vec<(usize, Notice)> = Vec::new();
     for (run, notice) in runs.iter().enumerate().flat_map(|(run, it)| it.noticed.iter().map(move |it| (run, *it))) {
         if noticed.iter().all(|(_, known)| known.variable != notice.variable) {

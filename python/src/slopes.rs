@@ -30,7 +30,7 @@ type Lost = (f64, String, String);
 /// Time in s, name, rate of the indicator, and delays in s per unit of each direction.
 type Event = (f64, &'static str, f64, Vec<f64>);
 /// Sensitivities `[direction, output, row]`, where each direction ends, and the events.
-pub type Told<'py> = (Bound<'py, PyArray3<f64>>, Vec<Option<Lost>>, Vec<Event>);
+pub type SlopeParts<'py> = (Bound<'py, PyArray3<f64>>, Vec<Option<Lost>>, Vec<Event>);
 
 impl Slopes {
     /// Room for those by names, of a number of outputs in a number of rows.
@@ -93,7 +93,7 @@ impl Slopes {
     }
 
     /// All derivatives for Python, with a number of outputs.
-    pub fn tell(self, py: Python<'_>, outputs: usize) -> Told<'_> {
+    pub fn tell(self, py: Python<'_>, outputs: usize) -> SlopeParts<'_> {
         let shape = (self.names.len(), outputs, self.rows);
         let values = Array3::from_shape_vec(shape, self.values).expect("one slot per direction, output and row");
         let lost = self.lost.into_iter().map(|lost| lost.map(|it| (it.time, it.event, it.reason))).collect();

@@ -13,7 +13,7 @@ type Matrix<'py> = Bound<'py, PyArray2<f64>>;
 /// A column without a derivative: its place, time in s, event and reason.
 type Lost = (usize, f64, String, String);
 /// Names of states before and behind a step, the matrices A, B, C, D, P, Q, and the columns that are lost.
-pub type Told<'py> = (Vec<String>, Vec<String>, Vec<Matrix<'py>>, Vec<Lost>);
+pub type TransitionParts<'py> = (Vec<String>, Vec<String>, Vec<Matrix<'py>>, Vec<Lost>);
 
 /// What is asked of a step.
 pub struct Asked {
@@ -32,7 +32,7 @@ impl Asked {
     }
 
     /// A transition of a model with a number of inputs, for Python.
-    pub fn tell<'py>(&self, py: Python<'py>, it: Transition, inputs: usize) -> Told<'py> {
+    pub fn tell<'py>(&self, py: Python<'py>, it: Transition, inputs: usize) -> TransitionParts<'py> {
         let (outputs, parameters) = (self.outputs.len(), self.parameters.len());
         let (states, next) = (it.states.len(), it.next_states.len());
         let matrix = |rows: Vec<Vec<f64>>, shape: (usize, usize)| {

@@ -8,7 +8,7 @@ mod varied;
 #[doc(hidden)]
 pub use self::embedded::Embedded;
 #[doc(hidden)]
-pub use self::simulator::{Product, Simulator, snapshot_size};
+pub use self::simulator::{AnyRun, Simulator, snapshot_size};
 pub(crate) use self::simulator::{run_sized, start_sized};
 use crate::model_exchange::Exchange;
 pub use crate::session::{Direction, Snapshot, SnapshotError};

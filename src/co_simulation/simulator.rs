@@ -26,7 +26,7 @@ macro_rules! run_sized {
         let states = $crate::system::System::<{ $inputs }>::states(&equations);
         $(
             if true $(&& $when)? && states <= $states {
-                break 'run $crate::co_simulation::Product::make::<_, { $states }, { $inputs }>(equations, settings, $start);
+                break 'run $crate::co_simulation::AnyRun::make::<_, { $states }, { $inputs }>(equations, settings, $start);
             }
         )+
         Err($crate::variables::ParameterError::new("states", states as f64, "the model is compiled for fewer"))
@@ -42,7 +42,7 @@ pub const fn snapshot_size<E: System<U>, const U: usize>(states: usize) -> usize
 pub(crate) use {run_sized, start_sized};
 
 /// A run of equations: plain, or in numbers with derivatives. Each size of the vector of states is compiled for both.
-pub trait Product: Sized {
+pub trait AnyRun: Sized {
     /// A run of equations from their start; `N` is the number of their states, or more.
     ///
     /// # Errors
@@ -54,7 +54,7 @@ pub trait Product: Sized {
     ) -> Result<Self, ParameterError>;
 }
 
-impl Product for Box<dyn Simulation> {
+impl AnyRun for Box<dyn Simulation> {
     fn make<E: System<U>, const N: usize, const U: usize>(
         equations: E,
         settings: Settings,
@@ -64,7 +64,7 @@ impl Product for Box<dyn Simulation> {
     }
 }
 
-impl Product for Box<dyn Varied> {
+impl AnyRun for Box<dyn Varied> {
     #[cfg(feature = "sensitivities")]
     fn make<E: System<U>, const N: usize, const U: usize>(
         equations: E,
@@ -91,12 +91,12 @@ pub struct Simulator<E: System<U>, const N: usize, const U: usize> {
     session: Session,
     /// The point to go back to.
     #[cfg(feature = "sensitivities")]
-    kept: Option<Box<Kept<E::Memory<Real>, N>>>,
+    kept: Option<Box<SavedState<E::Memory<Real>, N>>>,
 }
 
 /// States, memory and progress of a run, and the time on the clock of the host.
 #[cfg(feature = "sensitivities")]
-struct Kept<M, const N: usize> {
+struct SavedState<M, const N: usize> {
     x: [Real; N],
     memory: M,
     progress: Progress,
@@ -279,13 +279,13 @@ impl<E: System<U>, const N: usize, const U: usize> Simulation for Simulator<E, N
                 (kept.x, kept.progress, kept.time) = (*x, progress, time);
                 kept.memory.clone_from(memory);
             }
-            None => self.kept = Some(Box::new(Kept { x: *x, memory: memory.clone(), progress, time })),
+            None => self.kept = Some(Box::new(SavedState { x: *x, memory: memory.clone(), progress, time })),
         }
     }
 
     #[cfg(feature = "sensitivities")]
     fn go_back(&mut self) {
-        if let Some(Kept { x, memory, progress, time }) = self.kept.as_deref() {
+        if let Some(SavedState { x, memory, progress, time }) = self.kept.as_deref() {
             self.run.restore(*x, &mut memory.clone(), *progress);
             self.session.time = *time;
         }

@@ -7,7 +7,9 @@ use crate::numbers::{DIRECTIONS, Real, STILL, Scalar, Slopes, Tangent};
 use crate::sensitivity::{Along, Crossing, NoDerivative, Seed, Seeded, Varied, seeds};
 use crate::session::{Seeds, Snapshot, SnapshotError, Start, build};
 use crate::solver::{self, Progress, Run, Settings, StepError};
-use crate::system::{IndicatorSet, Stilling, System, Told, kept, plain, shared_table, slopes_of, still, told, varied};
+use crate::system::{
+    IndicatorSet, LabelledNumber, Stilling, System, kept, labelled, plain, shared_table, slopes_of, still, varied,
+};
 use crate::variables::Table;
 
 /// A model's equations in motion, in numbers with slopes.
@@ -304,8 +306,8 @@ impl<E: System<U>, const N: usize, const U: usize> Varied for VariedRun<E, N, U>
         }
     }
 
-    fn memory(&self) -> Vec<Told> {
-        told(self.run.state().1, |fields| self.run.system().telling(fields))
+    fn memory(&self) -> Vec<LabelledNumber> {
+        labelled(self.run.state().1, |fields| self.run.system().state_label(fields))
     }
 
     fn memory_slopes(&self) -> Vec<Slopes> {

@@ -1,6 +1,6 @@
 //! Co-simulation and model exchange of the same equations, compared.
 
-use super::{Host, told};
+use super::{Host, described};
 use crate::model::Setup;
 use crate::variables::{Place, Variable};
 
@@ -38,7 +38,7 @@ impl Agreement {
 pub fn both_ways(setup: &Setup, agreement: &Agreement, course: Course, step: f64, count: u32) {
     let setup = setup.clone().tolerance(agreement.inside);
     let table = setup.table();
-    let told = told(&setup);
+    let told = described(&setup);
     let exchange = setup.exchange(0.0).unwrap_or_else(|error| panic!("{told}: {error}"));
     let Some(exchange) = exchange else { return };
     let numbers = [table.number_of_states(), setup.model().indicators().len()];

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::f64::consts::TAU;
 
-use super::{duration, moved, started, told};
+use super::{described, duration, moved, started};
 use crate::co_simulation::{Direction, Simulation};
 use crate::model::Setup;
 use crate::solver::StepError;
@@ -37,9 +37,9 @@ pub fn dependencies(settings: &[Setup]) {
 /// When one of them is not declared.
 pub fn found_dependencies(setup: &Setup) -> Pairs {
     let mut found = Pairs::new();
-    find(setup, started(setup).as_mut(), &mut found).unwrap_or_else(|error| panic!("{}: {error}", told(setup)));
+    find(setup, started(setup).as_mut(), &mut found).unwrap_or_else(|error| panic!("{}: {error}", described(setup)));
     let missing = undeclared(setup.table(), &found);
-    assert!(missing.is_empty(), "{}: not declared by `depends_on`: {missing:#?}", told(setup));
+    assert!(missing.is_empty(), "{}: not declared by `depends_on`: {missing:#?}", described(setup));
     found
 }
 

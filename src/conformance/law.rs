@@ -312,7 +312,7 @@ pub fn mirrored<L: FrictionLaw>(law: &str) {
 /// When it gives back more.
 pub fn passive(setup: &Setup, stored: f64) {
     let given = Motion::of(setup).given_back();
-    assert!(given < stored, "{}: friction gives back {given} J, and may give back {stored} J", super::told(setup));
+    assert!(given < stored, "{}: friction gives back {given} J, and may give back {stored} J", super::described(setup));
 }
 
 fn set(run: &mut Plant, name: &str, value: f64) {
@@ -345,7 +345,7 @@ impl Motion {
     /// When it does not start.
     pub fn of(setup: &Setup) -> Self {
         let still = setup.clone().set("driveVelocity", 0.0).expect("a velocity");
-        let run = still.start(0.0).unwrap_or_else(|error| panic!("{}: {error}", super::told(setup)));
+        let run = still.start(0.0).unwrap_or_else(|error| panic!("{}: {error}", super::described(setup)));
         Self { run, random: Random(7), phase: 0.0, taken: 0.0, most: 0.0, given_back: 0.0 }
     }
 

@@ -92,7 +92,7 @@ fn duration(setup: &Setup) -> f64 {
 }
 
 /// Description of a run in messages: the model, the friction law and all other settings that are not defaults.
-fn told(setup: &Setup) -> String {
+fn described(setup: &Setup) -> String {
     let (table, name) = (setup.table(), setup.model().name);
     let item = |variable: &Variable, value: f64| match variable.kind {
         Kind::Enumeration(of) => of.items.iter().find(|(id, ..)| f64::from(*id) == value).map(|(_, item, _)| *item),
@@ -115,7 +115,7 @@ fn told(setup: &Setup) -> String {
 
 /// A run from time 0.
 fn started(setup: &Setup) -> Box<dyn Simulation> {
-    setup.simulation(0.0).unwrap_or_else(|error| panic!("{}: {error}", told(setup)))
+    setup.simulation(0.0).unwrap_or_else(|error| panic!("{}: {error}", described(setup)))
 }
 
 /// The inputs away from their start values by seven tenths of their magnitude times a number, as far as that is legal.

@@ -1,6 +1,6 @@
 //! Checks of the runs of a model under co-simulation.
 
-use super::{moved, started, told};
+use super::{described, moved, started};
 use crate::co_simulation::Simulation;
 use crate::model::Setup;
 use crate::numbers::Tangent;
@@ -28,7 +28,7 @@ pub fn rates(setup: &Setup, middle: f64) {
         assert!(
             (now[index] - difference).abs() <= allowed,
             "{}: {} is {} at {middle} s, where {} changes by {difference} per second; they may differ by {allowed:.1e}",
-            told(setup),
+            described(setup),
             variable.name,
             now[index],
             computed[state].name,
@@ -55,7 +55,7 @@ pub fn steps(setup: &Setup, end: f64, share: f64) {
                 (one - many).abs() < allowed,
                 "{}: {name} is {one} after one communication step of {end} s, and {many} after 97 steps; they may differ by \
                  {allowed:.1e}",
-                told(setup),
+                described(setup),
             );
         }
     }
@@ -78,14 +78,14 @@ pub fn numbers(setup: &Setup, end: f64) {
     let mut along: Vec<Along> = parameter.map(Along::Parameter).into_iter().collect();
     along.extend((!setup.inputs().is_empty()).then_some(Along::Input(0)));
     let mut plain = started(setup);
-    let mut varied = setup.varied(0.0, &along).unwrap_or_else(|error| panic!("{}: {error}", told(setup)));
+    let mut varied = setup.varied(0.0, &along).unwrap_or_else(|error| panic!("{}: {error}", described(setup)));
     for step in 0..20 {
         let inputs = moved(setup, f64::sin(f64::from(step)));
         plain.set_inputs(&inputs, &vec![0.0; inputs.len()]);
         varied.set_inputs(&inputs, &vec![0.0; inputs.len()]);
         let time = end * f64::from(step + 1) / 20.0;
         advance(setup, plain.as_mut(), time);
-        varied.advance(time).unwrap_or_else(|error| panic!("{}, in numbers with slopes: {error}", told(setup)));
+        varied.advance(time).unwrap_or_else(|error| panic!("{}, in numbers with slopes: {error}", described(setup)));
         let expected = values(plain.as_ref(), setup.table().computed().count());
         let mut computed = vec![Tangent::still(f64::from_bits(UNWRITTEN)); expected.len()];
         varied.outputs(&mut computed);
@@ -93,7 +93,7 @@ pub fn numbers(setup: &Setup, end: f64) {
             assert!(
                 value.to_bits() == expected.to_bits() || value.to_bits() == UNWRITTEN,
                 "{}: {} is {value} at {time} s in numbers with slopes, and {expected} without; a decision may look at slopes",
-                told(setup),
+                described(setup),
                 variable.name,
             );
         }
@@ -122,14 +122,18 @@ pub fn repeats(setup: &Setup, half: f64) {
     let first = play(run.as_mut(), 20);
     let mut other = started(setup);
     for (run, which) in [(&mut run, "the run"), (&mut other, "another run")] {
-        run.restore(&saved).unwrap_or_else(|error| panic!("{}: {error}", told(setup)));
-        assert!(run.save() == saved, "{}: {which} is restored to another state than that at {half} s", told(setup));
+        run.restore(&saved).unwrap_or_else(|error| panic!("{}: {error}", described(setup)));
+        assert!(
+            run.save() == saved,
+            "{}: {which} is restored to another state than that at {half} s",
+            described(setup)
+        );
         let again = play(run.as_mut(), 20);
         let Some(place) = first.iter().zip(&again).position(|(first, again)| first != again) else { continue };
         let variable = setup.table().computed().nth(place % count).map_or("?", |variable| &variable.name);
         panic!(
             "{}: {which}, restored at {half} s, comes to {variable} = {} and not {} at {} s",
-            told(setup),
+            described(setup),
             f64::from_bits(again[place]),
             f64::from_bits(first[place]),
             half * (21 + place / count) as f64 / 20.0,
@@ -138,7 +142,7 @@ pub fn repeats(setup: &Setup, half: f64) {
 }
 
 fn advance(setup: &Setup, run: &mut dyn Simulation, end: f64) {
-    run.advance(end).unwrap_or_else(|error| panic!("{}: {error}", told(setup)));
+    run.advance(end).unwrap_or_else(|error| panic!("{}: {error}", described(setup)));
 }
 
 fn values(run: &dyn Simulation, count: usize) -> Vec<f64> {

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::f64::consts::TAU;
 
-use super::{duration, moved, started, told};
+use super::{described, duration, moved, started};
 use crate::co_simulation::{Direction, Simulation};
 use crate::model::Setup;
 use crate::model_exchange::Exchange;
@@ -58,7 +58,7 @@ impl Slopes {
             let inputs = moved(setup, (TAU * f64::from(look) / 3.5).sin());
             run.set_inputs(&inputs, &vec![0.0; inputs.len()]);
             let end = duration * f64::from(look + 1) / 4.0;
-            run.advance(end).unwrap_or_else(|error| panic!("{}: {error}", told(setup)));
+            run.advance(end).unwrap_or_else(|error| panic!("{}: {error}", described(setup)));
             let Some(exchange) = run.exchange(setup.model().indicators()) else { return };
             let mut states = vec![0.0; setup.table().number_of_states()];
             exchange.states(&mut states);
@@ -73,8 +73,8 @@ impl Slopes {
         let exact = bench.slopes(known, |direction, out| bench.exchange.directional_derivative(direction, out));
         let of_inside = bench.slopes(known, |direction, out| inside.directional_derivative(direction, out));
         let same = exact.iter().zip(&of_inside).all(|(one, other)| one.to_bits() == other.to_bits());
-        assert!(same, "{}: other slopes by {} with the solver inside", told(bench.setup), known.variable.name);
-        let at = format!("{} at {} s", told(bench.setup), inside.time());
+        assert!(same, "{}: other slopes by {} with the solver inside", described(bench.setup), known.variable.name);
+        let at = format!("{} at {} s", described(bench.setup), inside.time());
         self.wrong.extend(bench.differing(known, &exact).into_iter().map(|wrong| format!("{at}: {wrong}")));
         self.effective.extend(exact.iter().any(|slope| *slope != 0.0).then_some(known.variable.name.as_str()));
     }

@@ -297,8 +297,8 @@ macro_rules! law_items {
                         $crate::friction::catalogue::lubricated_force(law, contact, lubrication, z, memory, rates)
                     })
                 }
-                fn relaxation<S: Varying>(&self, contact: &Contact<S>, state: [S; 2], memory: &Memory<S>) -> f64 {
-                    of_law!(self, memory, |law, memory| law.relaxation(contact, state, memory))
+                fn relaxation_rate<S: Varying>(&self, contact: &Contact<S>, state: [S; 2], memory: &Memory<S>) -> f64 {
+                    of_law!(self, memory, |law, memory| law.relaxation_rate(contact, state, memory))
                 }
                 #[inline(always)]
                 fn indicators<S: Varying>(&self, contact: &Contact<S>, z: &[S], memory: &Memory<S>, out: &mut Indicators<S>) {

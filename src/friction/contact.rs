@@ -107,7 +107,7 @@ impl<L: FrictionLaw> FrictionContact<L> {
     /// Rate in 1/s at which the state of a law that has one relaxes, given all states and their rates; only for such a law the
     /// contact is worked out.
     #[inline(always)]
-    pub fn relaxation<S: Varying>(
+    pub fn relaxation_rate<S: Varying>(
         &self,
         contact: impl Fn() -> Contact<S>,
         [x, rates]: [&[S]; 2],
@@ -116,7 +116,7 @@ impl<L: FrictionLaw> FrictionContact<L> {
         if !self.relaxes() {
             return 0.0;
         }
-        self.law.relaxation(&contact(), [x[self.first], rates[self.first]], memory)
+        self.law.relaxation_rate(&contact(), [x[self.first], rates[self.first]], memory)
     }
 
     /// Stiffness in N/m and damping in N.s/m of the contact at rest, before anything slides, at load factor 1.

@@ -279,7 +279,7 @@ pub trait FrictionLaw: ParameterSet {
     /// Rate in 1/s at which the state of a law that has one, and does not name it, relaxes towards where the motion leads it: minus
     /// the derivative of its own rate by itself, given the state and its rate. It makes steps longer; none is less accurate for it,
     /// nor if it is not exact.
-    fn relaxation<S: Varying>(&self, _contact: &Contact<S>, _state: [S; 2], _memory: &Self::Memory<S>) -> f64 {
+    fn relaxation_rate<S: Varying>(&self, _contact: &Contact<S>, _state: [S; 2], _memory: &Self::Memory<S>) -> f64 {
         0.0
     }
 

@@ -29,13 +29,13 @@ pub struct Plant {
     first_inputs: Vec<f64>,
     tolerance: Option<f64>,
     /// Directions of the derivatives.
-    varied: Vec<Beside>,
+    varied: Vec<DirectionPair>,
     /// Runs that serve for single steps, by the parameters that they vary with.
     pub(super) spare: Vec<(Parameters, Box<dyn Varied>)>,
 }
 
 /// A run beside a plant in numbers with slopes.
-struct Beside {
+struct DirectionPair {
     /// Places of its directions among all that are carried along.
     places: Vec<usize>,
     run: Box<dyn Varied>,
@@ -458,7 +458,12 @@ impl Plant {
                 let reason = "this run has no equations that can be differentiated by it";
                 return Err(DirectionError::refused(names[places[0]], reason));
             };
-            varied.push(Beside { places, run, computed: vec![Tangent::still(0.0); self.computed_count()], lost: None });
+            varied.push(DirectionPair {
+                places,
+                run,
+                computed: vec![Tangent::still(0.0); self.computed_count()],
+                lost: None,
+            });
         }
         self.varied = varied;
         self.inputs_changed();
@@ -529,7 +534,7 @@ impl Plant {
             let place = beside.places.iter().position(|place| *place == direction)?;
             Some((beside, place))
         });
-        let (Beside { run, computed, lost, .. }, place) = found.expect("a direction that is carried along");
+        let (DirectionPair { run, computed, lost, .. }, place) = found.expect("a direction that is carried along");
         match &lost.get_or_insert_with(|| run.outputs(computed))[place] {
             Some(lost) => Err(lost.clone()),
             None => Ok(computed.iter().map(|number| number.slopes[place]).collect()),

@@ -10,7 +10,7 @@ use crate::sensitivity::{
     directions,
 };
 use crate::session::Snapshot;
-use crate::system::Told;
+use crate::system::LabelledNumber;
 use crate::variables::{Kind, Place, find};
 
 /// Steps between two states that are saved on the way of a gradient, and transitions that are held at a time.
@@ -262,7 +262,7 @@ impl Plant {
         let (inputs, number) = (self.inputs.len(), of.along.len());
         let first_parameter = of.names.len() + inputs;
         let mut columns: Vec<Option<Column>> = vec![None; number];
-        let mut next: Option<Vec<Told>> = None;
+        let mut next: Option<Vec<LabelledNumber>> = None;
         let mut is_seldom = vec![false; number];
         of.seldom.iter().for_each(|place| is_seldom[*place] = true);
         let singles = (0..first_parameter).filter(|place| !is_seldom[*place]).map(|place| vec![place]);
@@ -306,7 +306,7 @@ impl Plant {
         of: &Columns,
         sets: &[Vec<usize>],
         until: Option<Until>,
-        next: &mut Option<Vec<Told>>,
+        next: &mut Option<Vec<LabelledNumber>>,
     ) -> Result<Vec<Column>, TransitionError> {
         let seeds = |(direction, set): (usize, &Vec<usize>)| {
             let slope: fn(usize) -> f64 = if set.len() == 1 { |_| 1.0 } else { own_slope };

@@ -62,7 +62,7 @@ struct State {
     /// The place of its rate among the computed ones.
     rate: usize,
     /// The index of the state that is its rate, if there is one, as for a position.
-    led_by: Option<usize>,
+    derivative: Option<usize>,
 }
 
 impl<E: System<U>, const N: usize, const U: usize> Exchanger<E, N, U> {
@@ -116,8 +116,8 @@ impl<E: System<U>, const N: usize, const U: usize> Exchanger<E, N, U> {
             let variable = table.by_reference(reference)?.variable;
             let place = self.equations.state_at(reference, N).ok_or(computed[value]);
             let scale = place.map_or(1.0, |index| scales[index]);
-            let led_by = table.computed().nth(rate).and_then(|rate| self.equations.state_at(rate.reference, N));
-            Some(State { place, nominal: variable.nominal.unwrap_or(scale), value, rate, led_by })
+            let derivative = table.computed().nth(rate).and_then(|rate| self.equations.state_at(rate.reference, N));
+            Some(State { place, nominal: variable.nominal.unwrap_or(scale), value, rate, derivative })
         });
         states.collect()
     }
@@ -143,10 +143,10 @@ impl<E: System<U>, const N: usize, const U: usize> Exchanger<E, N, U> {
 
     /// Addition to the rate of a state beyond the limits: it returns the state, or adds the excess of its rate, a state
     /// beyond its own limits.
-    fn added_rate(&self, index: usize, led_by: Option<usize>) -> f64 {
+    fn added_rate(&self, index: usize, derivative: Option<usize>) -> f64 {
         // A sum of finite numbers is kept one.
         let bounded = |rate: f64| rate.clamp(-f64::MAX, f64::MAX);
-        match led_by {
+        match derivative {
             Some(rate) => bounded(self.x[rate] - self.near[rate]),
             None => bounded((self.near[index] - self.x[index]) / RETURN),
         }
@@ -156,7 +156,7 @@ impl<E: System<U>, const N: usize, const U: usize> Exchanger<E, N, U> {
     fn carry_on(&self, computed: &mut [f64]) {
         for state in &self.states {
             let Ok(index) = state.place else { continue };
-            computed[state.rate] += self.added_rate(index, state.led_by);
+            computed[state.rate] += self.added_rate(index, state.derivative);
         }
         self.each_beyond(|index, value| computed[value] = self.x[index]);
     }
@@ -309,7 +309,7 @@ impl<E: System<U>, const N: usize, const U: usize> Exchange for Exchanger<E, N, 
         for (slot, state) in rates.iter_mut().zip(&self.states) {
             *slot = state.place.map_or(0.0, |index| here[index]);
             if let (false, Ok(index)) = (self.is_within, state.place) {
-                *slot += self.added_rate(index, state.led_by);
+                *slot += self.added_rate(index, state.derivative);
             }
         }
         Ok(())
@@ -374,7 +374,7 @@ impl<E: System<U>, const N: usize, const U: usize> Exchange for Exchanger<E, N, 
         if !self.is_within {
             for state in &self.states {
                 let Ok(index) = state.place else { continue };
-                computed[state.rate] += match state.led_by {
+                computed[state.rate] += match state.derivative {
                     Some(rate) => states[rate] - of_near[rate],
                     None => (of_near[index] - states[index]) / RETURN,
                 };

@@ -15,14 +15,14 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::co_simulation::Product;
+use crate::co_simulation::AnyRun;
 use crate::co_simulation::start_sized;
 use crate::friction::{
     self, Contact, ContactLaw, Friction, FrictionContact, FrictionLaw, Indicators, Law, MAX_STATES, Trend, states,
 };
 use crate::model::{Experiment, Functions, Model, Panel, Start};
 use crate::numbers::{Real, Scalar, Varying};
-use crate::system::{Holder, Holds, Part, System, Tables, Telling, references};
+use crate::system::{Holder, Holds, Part, StateLabel, System, Tables, references};
 use crate::variables::{Condition, Fixed, ParameterError, ParameterSet, Values, Variable, units};
 use crate::{enumeration, holds, inputs, outputs, parameters, states};
 
@@ -49,7 +49,7 @@ pub const fn model<L: FrictionLaw>() -> Model {
 }
 
 /// Starts a run with as many states as the friction law needs.
-fn start<L: FrictionLaw, P: Product>(start: &Start) -> Result<P, ParameterError> {
+fn start<L: FrictionLaw, P: AnyRun>(start: &Start) -> Result<P, ParameterError> {
     start_sized!(
         start,
         FrictionBench<L>,
@@ -382,8 +382,8 @@ impl<L: FrictionLaw> System<INPUTS> for FrictionBench<L> {
     }
 
     /// The trend is a sign.
-    fn telling(&self, fields: &str) -> Telling {
-        if fields == "trend.velocity" { Telling::Nothing } else { Telling::Fields }
+    fn state_label(&self, fields: &str) -> StateLabel {
+        if fields == "trend.velocity" { StateLabel::Nothing } else { StateLabel::Fields }
     }
 
     fn fits<S: Varying>(&self, memory: &Memory<L::Memory<S>, S>) -> bool {

@@ -68,7 +68,7 @@ impl MonotoneCurve {
     }
 
     /// The number of the piece with a continuous slope in which a place lies: before, along or beyond the curve.
-    pub fn piece(&self, x: f64) -> u32 {
+    pub fn smooth_region(&self, x: f64) -> u32 {
         u32::from(self.segments.first().is_some_and(|first| x > first.from.value)) + u32::from(x >= self.last[0].value)
     }
 }

@@ -195,13 +195,13 @@ pub trait Actuating: Clone + std::fmt::Debug + Send + Sync + Sized + 'static {
         self.feed(states, ports, gas)
     }
 
-    /// The numbers, one for each chamber, of the smooth pieces of [`feed`](Self::feed) in which the states and the pressures
+    /// The numbers, one for each chamber, of the smooth regions of [`feed`](Self::feed) in which the states and the pressures
     /// in Pa of both chambers lie: whole numbers, which are compared side by side.
-    fn piece(&self, _states: [f64; STATES], _ports: &Ports<Real>, _pressures: Pair<Real>) -> Pair<Real> {
+    fn smooth_region(&self, _states: [f64; STATES], _ports: &Ports<Real>, _pressures: Pair<Real>) -> Pair<Real> {
         Pair::zero()
     }
 
-    /// Whether the states stay in their piece all along a step of a size in s, at both ends of which they are in the same one.
+    /// Whether the states stay in their smooth region all along a step of a size in s, at both ends of which they are in the same one.
     fn stays_in_piece<S: Varying>(
         &self,
         _ends: [[f64; STATES]; 2],

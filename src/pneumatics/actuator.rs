@@ -206,8 +206,8 @@ macro_rules! actuator_items {
                     of_actuator!(self, memory, |actuator, memory| actuator.feed_at(time, states, memory, ports, gas))
                 }
                 #[inline(always)]
-                fn piece(&self, states: [f64; STATES], ports: &Ports<Real>, pressures: Pair<Real>) -> Pair<Real> {
-                    of_actuator!(self, |actuator| actuator.piece(states, ports, pressures))
+                fn smooth_region(&self, states: [f64; STATES], ports: &Ports<Real>, pressures: Pair<Real>) -> Pair<Real> {
+                    of_actuator!(self, |actuator| actuator.smooth_region(states, ports, pressures))
                 }
                 fn half<S: Varying>(&self, step: f64) -> [[S; STATES]; STATES] {
                     of_actuator!(self, |actuator| actuator.half(step))

@@ -103,8 +103,8 @@ impl Hose {
     }
 
     /// Mass in kg of the gas in the volumes at pressures in Pa; the last one counts for a hose that ends in itself.
-    pub fn mass(&self, pressures: [f64; 4], ends_in_itself: bool) -> f64 {
-        let shares = [1.0 / 6.0, 1.0 / 3.0, 1.0 / 3.0, if ends_in_itself { 1.0 / 6.0 } else { 0.0 }];
+    pub fn mass(&self, pressures: [f64; 4], owns_its_end: bool) -> f64 {
+        let shares = [1.0 / 6.0, 1.0 / 3.0, 1.0 / 3.0, if owns_its_end { 1.0 / 6.0 } else { 0.0 }];
         let sum: f64 = pressures.iter().zip(shares).map(|(pressure, share)| pressure * share).sum();
         sum * self.volume.value / self.gas.value
     }

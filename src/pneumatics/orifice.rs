@@ -104,12 +104,12 @@ impl Orifice<Tangents> {
     }
 }
 
-/// The number, from 0 to 3, of the smooth piece of a flow in which two pressures lie: one way or the other, laminar or not.
+/// The number, from 0 to 3, of the smooth region of a flow in which two pressures lie: one way or the other, laminar or not.
 ///
 /// Equal pressures are a non-smooth point: the upstream gas changes, with another temperature. Where the flow becomes
 /// choked its derivative is continuous.
 #[inline(always)]
-pub fn piece<N: Number>(from: N, to: N) -> N {
+pub fn smooth_region<N: Number>(from: N, to: N) -> N {
     is_above(to, from * LAMINAR_RATIO) + is_above(to, from) + is_above(to * LAMINAR_RATIO, from)
 }
 
@@ -122,7 +122,7 @@ pub fn is_above<N: Number>(high: N, low: N) -> N {
 /// The numbers, from 0 to 15, of the pieces of the flows from two ports into each of two chambers.
 #[inline(always)]
 pub fn edge_pieces(ports: [Real; 2], chambers: Pair<Real>) -> Pair<Real> {
-    let [supply, exhaust] = ports.map(|port| piece(Pair([port; 2]), chambers));
+    let [supply, exhaust] = ports.map(|port| smooth_region(Pair([port; 2]), chambers));
     supply + exhaust * 4.0
 }
 
@@ -198,7 +198,7 @@ mod tests {
     #[test]
     fn pieces_end_where_the_flow_becomes_laminar_and_where_it_turns() {
         let numbers = [0.1, 0.99, 0.996, 0.999, 1.001, 1.004, 1.01, 10.0]
-            .map(|ratio| piece(Real::of(5e5), Real::of(5e5 * ratio)).value);
+            .map(|ratio| smooth_region(Real::of(5e5), Real::of(5e5 * ratio)).value);
         assert_eq!(numbers, [0.0, 0.0, 1.0, 1.0, 2.0, 2.0, 3.0, 3.0]);
     }
 

@@ -3,7 +3,7 @@
 use super::actuation::{Actuating, Commands, Ports, STATES, SUPPLY, VOLTAGE};
 use super::gas::GasState;
 use super::lag::Lag;
-use super::orifice::{Inflow, Orifice, is_above, piece};
+use super::orifice::{Inflow, Orifice, is_above, smooth_region};
 use crate::numbers::{Number, Pair, Real, Scalar, Tangent, Varying};
 use crate::system::{ClosedForm, Stride};
 use crate::variables::{Fixed, ParameterError, Variable, units};
@@ -163,7 +163,7 @@ impl Actuating for PressureRegulator {
     }
 
     #[inline(always)]
-    fn piece(
+    fn smooth_region(
         &self,
         [_, pressure]: [f64; STATES],
         ports: &Ports<Real>,
@@ -173,7 +173,7 @@ impl Actuating for PressureRegulator {
         let highest = ports.supply_pressure.max(pressure_a);
         let is_short = is_above(pressure, highest);
         let is_spent = is_short * is_above(pressure_a, ports.supply_pressure);
-        Pair([piece(pressure.min(highest), pressure_a) + 4.0 * (is_short + is_spent), Real::zero()])
+        Pair([smooth_region(pressure.min(highest), pressure_a) + 4.0 * (is_short + is_spent), Real::zero()])
     }
 
     fn write<S: Scalar>(&self, states: [S; STATES], commands: Commands<S>, memory: &(), slots: &mut [S]) {

@@ -2,7 +2,7 @@
 
 use super::actuation::{Actuating, Commands, Ports, STATES, SUPPLY, VOLTAGE_A, VOLTAGE_B};
 use super::gas::GasState;
-use super::orifice::{Inflow, Orifice, is_above, piece};
+use super::orifice::{Inflow, Orifice, is_above, smooth_region};
 use super::regulator::Regulator;
 use crate::numbers::{Number, Pair, Real, Scalar, Varying};
 use crate::system::{ClosedForm, Stride};
@@ -151,12 +151,12 @@ impl Actuating for TwoRegulators {
         self.feed(pressures, ports, gas).mass.max(Pair::zero())
     }
 
-    fn piece(&self, pressures: [f64; STATES], ports: &Ports<Real>, chambers: Pair<Real>) -> Pair<Real> {
+    fn smooth_region(&self, pressures: [f64; STATES], ports: &Ports<Real>, chambers: Pair<Real>) -> Pair<Real> {
         let (pressures, supply) = (Pair(Real::all(&pressures)), Pair([ports.supply_pressure; 2]));
         let highest = supply.max(chambers);
         let is_short = is_above(pressures, highest);
         let is_spent = is_short * is_above(chambers, supply);
-        piece(pressures.min(highest), chambers) + (is_short + is_spent) * 4.0
+        smooth_region(pressures.min(highest), chambers) + (is_short + is_spent) * 4.0
     }
 
     fn write<S: Scalar>(&self, pressures: [S; STATES], commands: Commands<S>, memory: &(), slots: &mut [S]) {

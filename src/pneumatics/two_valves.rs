@@ -156,7 +156,7 @@ impl Actuating for TwoValves {
         self.supplied(spools, ports, gas).mass
     }
 
-    fn piece(&self, spools: [f64; STATES], ports: &Ports<Real>, pressures: Pair<Real>) -> Pair<Real> {
+    fn smooth_region(&self, spools: [f64; STATES], ports: &Ports<Real>, pressures: Pair<Real>) -> Pair<Real> {
         let spools = Pair(Real::all(&spools));
         let corners = [-1.0, -self.dead_zone.value, self.dead_zone.value, 1.0];
         let passed = corners.map(|corner| is_above(spools, Pair::constant(corner)));

@@ -26,7 +26,7 @@ use std::fmt;
 use crate::numbers::{DIRECTIONS, STILL, Slopes, Tangent};
 use crate::session::{Snapshot, SnapshotError, Start};
 use crate::solver::StepError;
-use crate::system::Told;
+use crate::system::LabelledNumber;
 
 pub use self::adjoint::{Gradient, Tangents};
 pub use self::direction::{DirectionError, directions};
@@ -99,7 +99,7 @@ pub trait Varied: Any + Send {
     fn states(&self, states: &mut [Tangent]);
 
     /// The numbers of the memory that are told as states of a transition.
-    fn memory(&self) -> Vec<Told>;
+    fn memory(&self) -> Vec<LabelledNumber>;
 
     /// The slopes of all numbers of the memory, by their places.
     fn memory_slopes(&self) -> Vec<Slopes>;

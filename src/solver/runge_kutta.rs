@@ -72,7 +72,7 @@ pub struct Stages<'a, H: System<U>, S: Varying, const N: usize, const U: usize> 
     /// Its size in s.
     pub h: f64,
     /// Closed form of the states that follow held inputs alone, used in every stage if given. Their derivatives are then left
-    /// to [`System::refresh`].
+    /// to [`System::update_derivatives`].
     pub closed_form: Option<&'a ClosedForm<[S; N]>>,
     /// A relaxing state, and its exponential weights in place of the method's.
     pub relaxing: Option<(usize, &'a Relaxing)>,
@@ -165,7 +165,7 @@ impl<H: System<U>, S: Varying, const N: usize, const U: usize> Stages<'_, H, S, 
         let time = self.time + fraction * self.h;
         let u = inputs.at(time);
         if self.closed_form.is_some() {
-            system.driven(S::of(time), states, &u, memory)
+            system.derivatives_besides_closed_form(S::of(time), states, &u, memory)
         } else {
             system.derivatives(S::of(time), states, &u, memory)
         }

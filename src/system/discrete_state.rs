@@ -14,16 +14,16 @@ use crate::numbers::{KEPT, Slopes};
 
 /// A number that a discrete state keeps.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Kept {
+pub struct NamedNumber {
     /// The names of the fields that lead to it, joined by dots.
     pub name: String,
     /// Its slopes; 0 in a state of numbers without slopes.
     pub slopes: Slopes,
 }
 
-/// How a number that a discrete state keeps is told as a state of a transition.
+/// Label of a number of the discrete state among the states of a transition.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Telling {
+pub enum StateLabel {
     /// By the fields that lead to it.
     Fields,
     /// By the computed variable that shows it.
@@ -34,7 +34,7 @@ pub enum Telling {
 
 /// A number that a discrete state keeps, as a state of a transition.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Told {
+pub struct LabelledNumber {
     /// Its place among all numbers that the state keeps.
     pub place: usize,
     /// Its name.
@@ -44,16 +44,16 @@ pub struct Told {
 }
 
 /// The numbers that a discrete state keeps, in the order in which they are saved.
-pub fn kept<M: Serialize>(state: &M) -> Vec<Kept> {
+pub fn kept<M: Serialize>(state: &M) -> Vec<NamedNumber> {
     Finder::of(state).numbers.into_iter().map(|(_, kept)| kept).collect()
 }
 
-/// The same but for those of which nothing is told, by their names.
-pub fn told<M: Serialize>(state: &M, telling: impl Fn(&str) -> Telling) -> Vec<Told> {
-    let named = |(place, Kept { name, .. }): (usize, Kept)| match telling(&name) {
-        Telling::Fields => Some(Told { place, name: format!("memory.{name}"), is_variable: false }),
-        Telling::Variable(name) => Some(Told { place, name: name.to_owned(), is_variable: true }),
-        Telling::Nothing => None,
+/// The numbers that a discrete state keeps, with their labels as states of a transition; those labelled by nothing are left out.
+pub fn labelled<M: Serialize>(state: &M, state_label: impl Fn(&str) -> StateLabel) -> Vec<LabelledNumber> {
+    let named = |(place, NamedNumber { name, .. }): (usize, NamedNumber)| match state_label(&name) {
+        StateLabel::Fields => Some(LabelledNumber { place, name: format!("memory.{name}"), is_variable: false }),
+        StateLabel::Variable(name) => Some(LabelledNumber { place, name: name.to_owned(), is_variable: true }),
+        StateLabel::Nothing => None,
     };
     kept(state).into_iter().enumerate().filter_map(named).collect()
 }
@@ -157,7 +157,7 @@ pub fn are_alike<M: Serialize>(one: &M, other: &M) -> bool {
 #[derive(Debug, Default)]
 struct Finder {
     length: usize,
-    numbers: Vec<(usize, Kept)>,
+    numbers: Vec<(usize, NamedNumber)>,
     /// The numbers since the last one that is kept began.
     values: Vec<f64>,
     /// The path to here, if names are asked for.
@@ -367,7 +367,7 @@ impl<'a> Serializer for Walk<'a> {
         value.serialize(Walk(finder))?;
         let slopes = std::array::from_fn(|i| finder.values.get(1 + i).copied().unwrap_or_default());
         let name = finder.path.as_ref().map_or_else(String::new, |path| path.join(".").replace(".[", "["));
-        finder.numbers.push((place, Kept { name, slopes }));
+        finder.numbers.push((place, NamedNumber { name, slopes }));
         Ok(())
     }
 

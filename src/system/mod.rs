@@ -31,10 +31,10 @@ use serde::{Serialize, de::DeserializeOwned};
 pub use self::closed_form::{ClosedForm, Stride};
 pub(crate) use self::couplings::bits;
 pub use self::couplings::{Couplings, Groups};
+pub use self::discrete_state::{LabelledNumber, StateLabel};
 #[cfg(feature = "sensitivities")]
 pub(crate) use self::discrete_state::{Stilling, are_alike, kept};
-pub use self::discrete_state::{Telling, Told};
-pub(crate) use self::discrete_state::{plain, slopes_of, still, told, varied};
+pub(crate) use self::discrete_state::{labelled, plain, slopes_of, still, varied};
 pub use self::event::Event;
 pub(crate) use self::event::assert_sound;
 #[doc(hidden)]
@@ -234,7 +234,7 @@ pub trait System<const U: usize>: Clone + Send + 'static {
     }
 
     /// Lets the memory follow an accepted step, or a change of the inputs; must leave the indicators as they are. Returns
-    /// whether the derivatives may have changed, apart from those that [`refresh`](Self::refresh) renews.
+    /// whether the derivatives may have changed, apart from those that [`update_derivatives`](Self::update_derivatives) renews.
     fn follow<S: Varying, const N: usize>(
         &self,
         time: S,
@@ -274,9 +274,9 @@ pub trait System<const U: usize>: Clone + Send + 'static {
         Vec::new()
     }
 
-    /// How the number of the memory that fields lead to, such as `sensors[1].reading`, is told as a state of a transition.
-    fn telling(&self, _fields: &str) -> Telling {
-        Telling::Fields
+    /// Label, among the states of a transition, of the number of the memory at a path of fields such as `sensors[1].reading`.
+    fn state_label(&self, _fields: &str) -> StateLabel {
+        StateLabel::Fields
     }
 
     /// Takes notice of a communication point at which a run arrives: samples that show there are taken. It must leave
@@ -352,10 +352,10 @@ pub trait System<const U: usize>: Clone + Send + 'static {
     //
     // Worth on the cylinder, whose plain step takes 4,300 instructions:
     // - `hints` with `is_smooth`: explicit steps in place of implicit ones with their Jacobian, a factor of two to four;
-    // - `CLOSED_FORM` with `closed_form` and `driven`: a fast actuator costs no small steps;
-    // - `RELAXING` with `relaxation`: explicit steps for a stiff bristle that slides;
+    // - `CLOSED_FORM` with `closed_form` and `derivatives_besides_closed_form`: a fast actuator costs no small steps;
+    // - `RELAXING` with `relaxation_rate`: explicit steps for a stiff bristle that slides;
     // - `GROUPS` and `jacobian`: a sparse elimination and fewer directions, a third of an implicit step;
-    // - where an input jumps at every step, `refresh` 10 % of a step, `indicators_hold` 4 % (5 % under Polito's law);
+    // - where an input jumps at every step, `update_derivatives` 10 % of a step, `indicators_hold` 4 % (5 % under Polito's law);
     // - where one output is read after each step, `at_hand` 1,400 instructions, a quarter of both.
 
     /// Which couplings between states the Jacobian has; all of them unless a system says so.
@@ -384,9 +384,15 @@ pub trait System<const U: usize>: Clone + Send + 'static {
         None
     }
 
-    /// The [derivatives](Self::derivatives), where the first [`CLOSED_FORM`](Self::CLOSED_FORM) may be missing: these states have a
-    /// closed form, and their derivatives are not used.
-    fn driven<S: Varying, const N: usize>(&self, time: S, x: &[S; N], u: &[S; U], memory: &Self::Memory<S>) -> [S; N] {
+    /// The [derivatives](Self::derivatives) of the states behind the first [`CLOSED_FORM`](Self::CLOSED_FORM), whose own entries are
+    /// not used.
+    fn derivatives_besides_closed_form<S: Varying, const N: usize>(
+        &self,
+        time: S,
+        x: &[S; N],
+        u: &[S; U],
+        memory: &Self::Memory<S>,
+    ) -> [S; N] {
         self.derivatives(time, x, u, memory)
     }
 
@@ -409,11 +415,10 @@ pub trait System<const U: usize>: Clone + Send + 'static {
         false
     }
 
-    /// Makes the derivatives that [`driven`](Self::driven) has given at the end of a step to these states those that
-    /// [`derivatives`](Self::derivatives) gives, with the same bits, after the memory has followed the step, and the inputs
-    /// have changed from the first values to the second. `false`, and nothing is changed, if that is no cheaper than to
-    /// evaluate them again.
-    fn refresh<S: Varying, const N: usize>(
+    /// Updates derivatives that [`derivatives_besides_closed_form`](Self::derivatives_besides_closed_form) gave at the end of a step,
+    /// after the discrete state has followed the step and the inputs have changed from the first values to the second: to the bits of
+    /// [`derivatives`](Self::derivatives). Returns `false`, with nothing changed, where an evaluation costs no more.
+    fn update_derivatives<S: Varying, const N: usize>(
         &self,
         _x: &[S; N],
         _inputs: [&[S; U]; 2],
@@ -440,10 +445,9 @@ pub trait System<const U: usize>: Clone + Send + 'static {
         ClosedForm { middle: *x, end: *x, defect: [S::zero(); N] }
     }
 
-    /// The rate in 1/s at which the [relaxing](Self::RELAXING) state comes closer to where it is led: minus the derivative of
-    /// its own rate by itself. Steps are as accurate, but more, if it is not exact. Asked of explicit steps only, with the
-    /// derivatives at hand.
-    fn relaxation<S: Varying, const N: usize>(
+    /// Rate constant in 1/s of the [relaxing](Self::RELAXING) state: minus the partial derivative of its rate by the state itself.
+    /// An inexact rate constant costs steps, not accuracy. Explicit steps alone call it, after the derivatives were evaluated.
+    fn relaxation_rate<S: Varying, const N: usize>(
         &self,
         _time: S,
         _x: &[S; N],

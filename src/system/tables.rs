@@ -69,7 +69,7 @@ pub fn shared_table<E: System<U>, const U: usize>() -> Arc<Table> {
 
 fn make<E: System<U>, const U: usize>() -> Table {
     let tables = E::tables();
-    let problem = tables.problem(E::INPUTS).or_else(untold::<E, U>);
+    let problem = tables.problem(E::INPUTS).or_else(indicators_without_description::<E, U>);
     let Tables { inputs, computed, parameters } = tables;
     let solving = Tuning::grouped(references::SOLVER).into_iter().map(|it| it.meaning(Meaning::Solving));
     let mut all = vec![Variable::time()];
@@ -82,7 +82,7 @@ fn make<E: System<U>, const U: usize>() -> Table {
 }
 
 /// Indicators and kinks without description.
-fn untold<E: System<U>, const U: usize>() -> Option<ParameterError> {
+fn indicators_without_description<E: System<U>, const U: usize>() -> Option<ParameterError> {
     let (events, told, kinks) =
         (E::Indicators::<Real>::unused().as_ref().len(), E::indicator_list().len(), E::kink_list().len());
     if events != told {

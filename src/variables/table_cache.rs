@@ -7,14 +7,14 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError};
 use super::Table;
 
 /// A table, by the type of the equations that it belongs to: a generic function has no static of its own for each type.
-struct Kept {
+struct Entry {
     of: TypeId,
     table: Arc<Table>,
     /// The same table, once it has been lent for good.
     lent: Option<&'static Table>,
 }
 
-static KEPT: Mutex<Vec<Kept>> = Mutex::new(Vec::new());
+static KEPT: Mutex<Vec<Entry>> = Mutex::new(Vec::new());
 
 /// The table of a type, which is made at the first use.
 pub fn shared(of: TypeId, make: impl FnOnce() -> Table) -> Arc<Table> {
@@ -57,13 +57,13 @@ pub fn lent_name(name: &str) -> &'static str {
     })
 }
 
-fn lock() -> MutexGuard<'static, Vec<Kept>> {
+fn lock() -> MutexGuard<'static, Vec<Entry>> {
     KEPT.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-fn find(all: &mut Vec<Kept>, of: TypeId, make: impl FnOnce() -> Table) -> &mut Kept {
+fn find(all: &mut Vec<Entry>, of: TypeId, make: impl FnOnce() -> Table) -> &mut Entry {
     let index = all.iter().position(|kept| kept.of == of).unwrap_or_else(|| {
-        all.push(Kept { of, table: Arc::new(make()), lent: None });
+        all.push(Entry { of, table: Arc::new(make()), lent: None });
         all.len() - 1
     });
     &mut all[index]

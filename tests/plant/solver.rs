@@ -59,7 +59,7 @@ impl System<1> for Follower {
     fn hints<S: Varying, const N: usize>(&self, _: &[S; N], _: &Self::Memory<S>) -> Hints {
         Hints { explicit: Some(LongestSteps::UNLIMITED), ..Hints::default() }
     }
-    fn relaxation<S: Varying, const N: usize>(&self, _: S, _: &[S; N], _: &[S; N], _: &[S; 1], (): &()) -> f64 {
+    fn relaxation_rate<S: Varying, const N: usize>(&self, _: S, _: &[S; N], _: &[S; N], _: &[S; 1], (): &()) -> f64 {
         FOLLOWING
     }
 }

@@ -137,7 +137,7 @@ impl<L: BristleLaw> FrictionLaw for OneBristle<L> {
         self.0.notice()
     }
 
-    fn relaxation<S: Varying>(&self, contact: &Contact<S>, state: [S; 2], memory: &L::Memory<S>) -> f64 {
+    fn relaxation_rate<S: Varying>(&self, contact: &Contact<S>, state: [S; 2], memory: &L::Memory<S>) -> f64 {
         let (contact, [z, rate]) = (contact.values(), state.map(S::value));
         if L::RELAXES_BY_SECANT && z.abs() > SMALL * self.0.scale() {
             return (contact.velocity - rate) / z;

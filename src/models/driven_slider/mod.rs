@@ -18,7 +18,7 @@ use serde::{Deserialize, Serialize};
 
 use self::variables::{Inputs, Outputs, Parameters, State};
 use self::walk::{Harmonic, Walk};
-use crate::co_simulation::Product;
+use crate::co_simulation::AnyRun;
 use crate::co_simulation::start_sized;
 use crate::friction::{self, Contact, Drive, Friction, FrictionContact, FrictionLaw, Indicators, MAX_STATES};
 use crate::holds;
@@ -72,7 +72,7 @@ pub struct Memory<F = friction::Memory> {
 }
 
 /// Starts a run with as many states as the friction law needs.
-fn start<L: FrictionLaw, P: Product>(start: &Start) -> Result<P, ParameterError> {
+fn start<L: FrictionLaw, P: AnyRun>(start: &Start) -> Result<P, ParameterError> {
     start_sized!(start, DrivenSlider<L>, 1, [State::OTHERS, State::OTHERS + 1, State::OTHERS + MAX_STATES])
 }
 

@@ -20,7 +20,7 @@ mod variables;
 use serde::{Deserialize, Serialize};
 
 use self::variables::{CRANE_POSITION, Inputs, Outputs, Parameters, State, TrolleyOutputs, contact_base, trolley_base};
-use crate::co_simulation::Product;
+use crate::co_simulation::AnyRun;
 use crate::co_simulation::start_sized;
 use crate::friction::{self, Contact, ContactLaw, Drive, Event, Friction, FrictionContact, FrictionLaw, MAX_STATES};
 use crate::holds;
@@ -145,7 +145,7 @@ const fn contact_indicators(trolley: usize) -> usize {
 }
 
 /// Starts a run with as many states as the friction law needs.
-fn start<L: FrictionLaw, P: Product>(start: &Start) -> Result<P, ParameterError> {
+fn start<L: FrictionLaw, P: AnyRun>(start: &Start) -> Result<P, ParameterError> {
     start_sized!(start, Festoon<L>, 2, [states(0), states(1), states(MAX_STATES)])
 }
 

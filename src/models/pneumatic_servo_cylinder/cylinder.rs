@@ -13,7 +13,7 @@ use super::options::Options;
 use super::parameters::Parameters;
 use super::sensors::{self, Sensors};
 use super::states::{ALL, FEW, Inputs, MOST, State};
-use crate::co_simulation::{Product, run_sized};
+use crate::co_simulation::{AnyRun, run_sized};
 use crate::friction::{self, ContactLaw, Drive, Friction, FrictionContact, FrictionLaw, Law, MAX_STATES};
 use crate::mechanics::{EndStops, GRAVITY, OneSided};
 use crate::model::Start;
@@ -300,7 +300,7 @@ const SMALL: bool = cfg!(feature = "small");
 
 /// Starts a run with as many states as friction law, lines and sensors need, or a few more: each size is the whole solver
 /// compiled once more. Spare states cost LuGre 4 % of a step, nothing with hoses.
-pub(super) fn start<L: FrictionLaw, A: Actuating, P: Product>(start: &Start) -> Result<P, ParameterError> {
+pub(super) fn start<L: FrictionLaw, A: Actuating, P: AnyRun>(start: &Start) -> Result<P, ParameterError> {
     let (parts, settings) = read::<PneumaticServoCylinder<L, A>, FEW, _>(start, Parts::<L, A>::read)?;
     let settings = settings.keeping_balance(parts.parameters.keeps_balance);
     if !parts.need_extension() {

@@ -206,7 +206,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
 
     /// Whether the carriage moves as imposed.
     #[inline(always)]
-    pub(super) fn is_led(&self) -> bool {
+    pub(super) fn is_rigidly_imposed(&self) -> bool {
         EXTENDED && self.guidance == Guidance::Rigid
     }
 
@@ -250,7 +250,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
         if let Some(force) = self.coupling_force(time, x, u, rate, motion) {
             applied += force;
         }
-        if self.is_led() {
+        if self.is_rigidly_imposed() {
             (velocity, applied) = (rate, Trend::applied(motion.trend.sign, self.friction.law(), rate, applied));
         }
         self.contact_under(time, x, [velocity, rate], sliding, applied)
@@ -409,7 +409,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
         memory: &MemoryOf<L, A, S::Held>,
         friction: &Observation<S>,
     ) -> [S; 2] {
-        if !self.is_led() {
+        if !self.is_rigidly_imposed() {
             return [S::zero(); 2];
         }
         if friction.sticking.value() == 0.0 {
@@ -442,7 +442,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
     /// Velocity of the carriage: as imposed, or the state, unless the friction law holds the position.
     #[inline(always)]
     pub(super) fn rate<S: Scalar>(&self, time: S, x: &[S], u: &Inputs<S>, memory: &MemoryOf<L, A, S::Held>) -> S {
-        if self.is_led() {
+        if self.is_rigidly_imposed() {
             return memory.motion.imposed(time, u.imposed()).velocity;
         }
         self.own_rate(x, memory)
@@ -483,7 +483,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
         friction: S,
         motion: &motion::Memory<S::Held>,
     ) -> S {
-        if self.is_led() {
+        if self.is_rigidly_imposed() {
             return S::constant(motion.acceleration());
         }
         (contact.applied - friction) * self.per_mass
@@ -501,7 +501,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
         memory: (&L::Memory<S::Held>, &motion::Memory<S::Held>),
     ) -> S {
         let (of_friction, motion) = memory;
-        if self.is_led() {
+        if self.is_rigidly_imposed() {
             let (applied, _) = self.applied_force(x, u, motion.imposed(time, u.imposed()).velocity);
             return applied - u.external_force - friction;
         }
@@ -562,7 +562,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
         Pair([a.unwrap_or(x[PRESSURE_A]), b.unwrap_or(x[PRESSURE_B])])
     }
 
-    /// The numbers of the smooth pieces of the flows through restrictions; 0 where there is none.
+    /// The numbers of the smooth regions of the flows through restrictions; 0 where there is none.
     #[inline(always)]
     pub(super) fn pieces_of_restrictions(&self, x: &[Real]) -> [f64; 2] {
         let ends = self.in_hoses(x, VOLUMES - 1);
@@ -573,7 +573,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
             let chamber = x[[PRESSURE_A, PRESSURE_B][side]];
             ends[side]
                 .zip(restriction)
-                .map_or(0.0, |(end, restriction)| restriction.piece(end, chamber, distances[side]))
+                .map_or(0.0, |(end, restriction)| restriction.smooth_region(end, chamber, distances[side]))
         })
     }
 
@@ -778,7 +778,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
         Pair([rates[TEMPERATURE_A], rates[TEMPERATURE_B]]) = gas.temperature;
         Pair([rates[PRESSURE_A], rates[PRESSURE_B]]) = gas.pressure;
         State::Position.set(rates, rate);
-        State::Velocity.set(rates, if self.is_led() { S::zero() } else { acceleration });
+        State::Velocity.set(rates, if self.is_rigidly_imposed() { S::zero() } else { acceleration });
         if EXTENDED && self.lags > 0 {
             let quantities = self.measured(time, x, u, [acceleration, friction], (&memory.friction, &memory.motion));
             let own = self.sensors.rates(quantities, self.lagged(x));
@@ -796,7 +796,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
         memory: &MemoryOf<L, A, S>,
     ) -> [f64; QUANTITIES] {
         // The mass of a carriage that moves as imposed is not the cylinder's.
-        let rate = if self.is_led() { S::zero() } else { self.own_rate(x, memory) };
+        let rate = if self.is_rigidly_imposed() { S::zero() } else { self.own_rate(x, memory) };
         let gas = self.gas(x);
         let pressure_volume = gas.pressure * self.chambers.volume(self.lengths(State::Position.get(x)));
         let mass = self.closed(pressure_volume / (gas.temperature * self.filling().constant));
@@ -837,7 +837,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
         let [area_a, area_b] = self.chambers.areas.each();
         let gas = self.closed(Pair([x[PRESSURE_A] * area_a, -x[PRESSURE_B] * area_b]));
         let of_gas = if self.has_gas_energy() { gas } else { S::zero() };
-        if self.is_led() {
+        if self.is_rigidly_imposed() {
             return -of_gas;
         }
         let contact = self.contact_at(time, x, u, memory);

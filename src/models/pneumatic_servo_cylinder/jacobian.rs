@@ -99,7 +99,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
         let at = Feeding { time: Dual::constant(time), x: &feeding, memory: &memory.actuator };
         let inflow = self.inflow(at, Dual::constant(u.supply_pressure), gas);
         let position_ = Dual::<ALL, S>::variable(State::Position.get(x), FED);
-        let rate = if self.is_led() {
+        let rate = if self.is_rigidly_imposed() {
             memory.motion.imposed(Dual::constant(time), u.map(Dual::constant).imposed()).velocity
         } else {
             self.friction.rate(Dual::variable(State::Velocity.get(x), FED + 1), &memory.friction)
@@ -161,7 +161,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
         let (time, u, count) = (Dual::constant(time), u.map(Dual::constant), D - 4);
         let [rate, acceleration, _] =
             self.motion_rates(time, &seeded, &u, memory, &bristles[..count], &mut bristle_rates[..count]);
-        let acceleration = if self.is_led() { Dual::zero() } else { acceleration };
+        let acceleration = if self.is_rigidly_imposed() { Dual::zero() } else { acceleration };
         let [first, second] = bristle_rates;
         let rows = [rate, acceleration, first, second].into_iter().take(2 + count);
         let places = [State::Position.at(N), State::Velocity.at(N), State::FRICTION, State::FRICTION + 1];

@@ -3,7 +3,7 @@
 use super::options::Options;
 use crate::numbers::{Number, Pair, Real, Scalar, Tangent, Tangents};
 use crate::pneumatics::gas::GasState;
-use crate::pneumatics::orifice::{Flow, Inflow, Orifice, piece};
+use crate::pneumatics::orifice::{Flow, Inflow, Orifice, smooth_region};
 
 /// The leaks of a cylinder: a laminar one between the chambers, and an orifice of each chamber to the surroundings, through
 /// which a chamber below ambient pressure draws air in.
@@ -65,8 +65,8 @@ impl Leaks {
         Flow { mass: Pair([-to_b, to_b]), temperature: Pair([temperature; 2]) }
     }
 
-    /// The numbers, from 0 to 3, of the smooth pieces of the leaks to surroundings of a pressure in Pa.
+    /// The numbers, from 0 to 3, of the smooth regions of the leaks to surroundings of a pressure in Pa.
     pub fn pieces(&self, pressures: Pair<Real>, ambient: f64) -> Pair<Real> {
-        if self.pass_outside { piece(Pair::constant(ambient), pressures) } else { Pair::zero() }
+        if self.pass_outside { smooth_region(Pair::constant(ambient), pressures) } else { Pair::zero() }
     }
 }

@@ -205,8 +205,8 @@ impl Lines {
             VESSEL => return self.vessel.is_some(),
             _ => {}
         }
-        let ends_in_itself = |line: &Line| line.restriction.is_some() || place % HOSE != VOLUMES - 1;
-        self.hoses[place / HOSE].as_ref().is_some_and(ends_in_itself)
+        let owns_its_end = |line: &Line| line.restriction.is_some() || place % HOSE != VOLUMES - 1;
+        self.hoses[place / HOSE].as_ref().is_some_and(owns_its_end)
     }
 
     /// Length in m of the cushion of a chamber, if it has one.
@@ -306,12 +306,12 @@ impl Restriction {
         self.orifice.flow((way - least) * opening + least, from, to)
     }
 
-    /// The number of the smooth piece of the flow between two pressures in Pa, at a distance in m from the end of the stroke.
-    pub fn piece(&self, from: Real, to: Real, distance: Real) -> f64 {
+    /// The number of the smooth region of the flow between two pressures in Pa, at a distance in m from the end of the stroke.
+    pub fn smooth_region(&self, from: Real, to: Real, distance: Real) -> f64 {
         let within =
             |share: f64| self.cushion.map_or(0.0, |[length, _]| f64::from(length.value * share > distance.value));
-        let exhausting = self.quick_exhaust.as_ref().map_or(0.0, |exhaust| exhaust.piece(from, to));
-        orifice::piece(from, to).value + 4.0 * (within(1.0) + within(1.0 - CLOSING)) + 12.0 * exhausting
+        let exhausting = self.quick_exhaust.as_ref().map_or(0.0, |exhaust| exhaust.smooth_region(from, to));
+        orifice::smooth_region(from, to).value + 4.0 * (within(1.0) + within(1.0 - CLOSING)) + 12.0 * exhausting
     }
 
     /// Derivative in kg/(s Pa) of the flow of a gas the wider way with respect to a pressure, where it is laminar.
@@ -337,11 +337,11 @@ impl QuickExhaust {
         ((chamber - line) / self.opening).clamp(S::zero(), S::constant(1.0))
     }
 
-    /// The number of the smooth piece of its flow: closed, opening or open, and of its orifice.
-    fn piece(&self, line: Real, chamber: Real) -> f64 {
+    /// The number of the smooth region of its flow: closed, opening or open, and of its orifice.
+    fn smooth_region(&self, line: Real, chamber: Real) -> f64 {
         let opening = self.opening(line, chamber).value;
         let stage = if opening == 0.0 { 0.0 } else { 1.0 + f64::from(opening == 1.0) };
-        stage + 3.0 * orifice::piece(Real::of(self.ambient.value), chamber).value
+        stage + 3.0 * orifice::smooth_region(Real::of(self.ambient.value), chamber).value
     }
 }
 

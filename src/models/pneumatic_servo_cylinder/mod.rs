@@ -143,10 +143,15 @@ mod tests {
             [([6.5, 1.0, 6e5], true), (inputs, true), ([6.5, 1.5, 6e5], false), ([6.0, 1.0, 5e5], false)]
         {
             let (inputs, time) = (inputs.map(Real::of), Real::of(0.0));
-            let (mut rates, mut memory) = (equations.driven(time, &x, &before, &memory), memory.clone());
+            let (mut rates, mut memory) =
+                (equations.derivatives_besides_closed_form(time, &x, &before, &memory), memory.clone());
             let unchanged = rates;
             equations.follow(time, &x, &inputs, &mut memory);
-            assert_eq!(equations.refresh(&x, [&before, &inputs], &memory, &mut rates), is_refreshed, "{inputs:?}");
+            assert_eq!(
+                equations.update_derivatives(&x, [&before, &inputs], &memory, &mut rates),
+                is_refreshed,
+                "{inputs:?}"
+            );
             let expected = if is_refreshed { equations.derivatives(time, &x, &inputs, &memory) } else { unchanged };
             assert_eq!(rates.map(|it| it.value.to_bits()), expected.map(|it| it.value.to_bits()), "{inputs:?}");
             assert_eq!(System::indicators_hold(&equations, [&before, &inputs]), is_refreshed, "{inputs:?}");

@@ -7,7 +7,7 @@
 use crate::numbers::{Scalar, Varying, random};
 use crate::parameters;
 use crate::sensor::{self, Quantity, Sensor};
-use crate::system::{Sample, Telling};
+use crate::system::{Sample, StateLabel};
 use crate::variables::{ParameterError, Variable, units};
 
 /// Number of sensors.
@@ -87,10 +87,10 @@ impl Sensors {
 
     /// How the number that fields lead to in the memory of all is told, if it is theirs: the reading of a sensor that takes no samples
     /// is computed from its quantity.
-    pub fn telling(&self, fields: &str) -> Option<Telling> {
+    pub fn state_label(&self, fields: &str) -> Option<StateLabel> {
         let place = (0..COUNT).find(|place| fields == format!("sensors[{}].reading", place + 1))?;
         let is_sampled = self.all()[place].sample_time > 0.0;
-        Some(if is_sampled { Telling::Variable(HELD[place]) } else { Telling::Nothing })
+        Some(if is_sampled { StateLabel::Variable(HELD[place]) } else { StateLabel::Nothing })
     }
 
     /// Discrete states at the start, with quantities that were constant before.

@@ -18,7 +18,7 @@ use crate::pneumatics::{gas, orifice};
 use crate::sensor;
 use crate::system::{
     ClosedForm, Groups, Hints, Holder, Holds, Indicator, Limits, LongestSteps, Part, QUANTITIES, Sample, StateIndex,
-    Stride, System, Tables, Telling, UNUSED,
+    StateLabel, Stride, System, Tables, UNUSED,
 };
 use crate::variables::{Notice, Notices, ParameterError, Values};
 
@@ -89,7 +89,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool, const U: usize> System<
         }
         let (states, actuator) = self.actuator.start(u.commands());
         x[..STATES].copy_from_slice(&states);
-        let rate = if self.is_led() { u.imposed_velocity } else { State::Velocity.get(&x) };
+        let rate = if self.is_rigidly_imposed() { u.imposed_velocity } else { State::Velocity.get(&x) };
         let motion = motion::Memory::new(rate);
         let contact = self.contact(S::zero(), &x, &u, rate, None, &motion);
         let friction = self.friction.start(&self.guided_at_rest(contact, &x), &mut x);
@@ -116,7 +116,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool, const U: usize> System<
     fn state_at(&self, reference: u32, n: usize) -> Option<usize> {
         let own = match State::of(reference) {
             // An imposed motion is given its velocity.
-            Some(State::Velocity) if self.is_led() => None,
+            Some(State::Velocity) if self.is_rigidly_imposed() => None,
             own => own.map(|state| state.at(n)),
         };
         let of_lines = || self.lines.state_at(reference).and_then(|place| self.places_of_lines(n).nth(place));
@@ -226,7 +226,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool, const U: usize> System<
             return false;
         }
         let rate = self.rate(time, x, u, memory);
-        if self.is_led() {
+        if self.is_rigidly_imposed() {
             memory.motion.trend.follow(rate);
         }
         let contact = self.contact(time, x, u, rate, None, &memory.motion);
@@ -244,7 +244,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool, const U: usize> System<
         if self.is_free() {
             return false;
         }
-        let from = self.is_led().then(|| State::Position.get(x));
+        let from = self.is_rigidly_imposed().then(|| State::Position.get(x));
         memory.motion.begin(span, from, Inputs::of(u).imposed(), Inputs::of(slopes).imposed());
         true
     }
@@ -262,14 +262,14 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool, const U: usize> System<
         self.sensors.rounded()
     }
 
-    fn telling(&self, fields: &str) -> Telling {
+    fn state_label(&self, fields: &str) -> StateLabel {
         if let Some(fields) = fields.strip_prefix("actuator") {
-            return self.actuator.variable_of(fields).map_or(Telling::Fields, Telling::Variable);
+            return self.actuator.variable_of(fields).map_or(StateLabel::Fields, StateLabel::Variable);
         }
         // The trend of an imposed motion is a sign.
         match fields {
-            "motion.trend.velocity" => Telling::Nothing,
-            _ => self.sensors.telling(fields).unwrap_or(Telling::Fields),
+            "motion.trend.velocity" => StateLabel::Nothing,
+            _ => self.sensors.state_label(fields).unwrap_or(StateLabel::Fields),
         }
     }
 
@@ -404,14 +404,14 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool, const U: usize> System<
         const IN_B: usize = Outputs::PLACES.pressure_b;
         match place {
             POSITION => Some(State::Position.get(x)),
-            VELOCITY => (!self.is_led()).then(|| self.own_rate(x, memory)),
+            VELOCITY => (!self.is_rigidly_imposed()).then(|| self.own_rate(x, memory)),
             IN_A => Some(x[PRESSURE_A]),
             IN_B => Some(x[PRESSURE_B]),
             _ => None,
         }
     }
 
-    fn driven<S: Varying, const N: usize>(
+    fn derivatives_besides_closed_form<S: Varying, const N: usize>(
         &self,
         time: S,
         x: &[S; N],
@@ -456,7 +456,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool, const U: usize> System<
         self.is_free() && act_on_actuator_alone(inputs) && !self.friction.follows()
     }
 
-    fn refresh<S: Varying, const N: usize>(
+    fn update_derivatives<S: Varying, const N: usize>(
         &self,
         x: &[S; N],
         inputs: [&[S; U]; 2],
@@ -471,7 +471,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool, const U: usize> System<
         true
     }
 
-    fn relaxation<S: Varying, const N: usize>(
+    fn relaxation_rate<S: Varying, const N: usize>(
         &self,
         time: S,
         x: &[S; N],
@@ -480,7 +480,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool, const U: usize> System<
         memory: &MemoryOf<L, A, S>,
     ) -> f64 {
         let contact = || self.contact_at(time, x, &Inputs::of(u), memory);
-        self.friction.relaxation(contact, [x, rates], &memory.friction)
+        self.friction.relaxation_rate(contact, [x, rates], &memory.friction)
     }
 
     fn is_smooth<S: Varying, const N: usize>(
@@ -492,7 +492,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool, const U: usize> System<
     ) -> bool {
         let [u, u_end] = u.map(Inputs::of);
         let states = [of_actuator(x), of_actuator(end)];
-        self.piece(x, &u) == self.piece(end, &u_end)
+        self.smooth_region(x, &u) == self.smooth_region(end, &u_end)
             && self.actuator.stays_in_piece::<S>(states, u.commands(), &memory.actuator, step)
     }
 
@@ -526,9 +526,9 @@ fn act_on_actuator_alone<S: Scalar, const U: usize>(inputs: [&[S; U]; 2]) -> boo
     from == to && from.map(|it| it.value().to_bits()) == to.map(|it| it.value().to_bits())
 }
 
-/// A smooth piece of the equations.
+/// A smooth region of the equations.
 #[derive(PartialEq)]
-pub(super) struct Piece {
+pub(super) struct SmoothRegion {
     /// Smooth region of the flows of the actuator.
     of_actuator: Pair<Real>,
     /// Smooth region of the flow into a vessel.
@@ -539,33 +539,33 @@ pub(super) struct Piece {
     of_leaks: Pair<Real>,
     /// The stops that act.
     touched: [bool; 2],
-    /// Piece of the load factor along the stroke.
+    /// SmoothRegion of the load factor along the stroke.
     of_profile: u32,
     /// The direction of a motion that bends bristles.
     is_backward: bool,
 }
 
-// The smooth pieces of the equations, within which explicit steps may be taken.
+// The smooth regions of the equations, within which explicit steps may be taken.
 impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<L, A, EXTENDED> {
-    /// The smooth piece of the equations in which the states lie.
+    /// The smooth region of the equations in which the states lie.
     #[inline(always)]
-    pub(super) fn piece<const N: usize>(&self, x: &[f64; N], u: &Inputs<f64>) -> Piece {
+    pub(super) fn smooth_region<const N: usize>(&self, x: &[f64; N], u: &Inputs<f64>) -> SmoothRegion {
         let (supply, numbers) = (Real::of(u.supply_pressure), Real::all(x));
         let ports = self.ports_at_valve(&numbers, supply);
-        let of_actuator = self.actuator.piece(of_actuator(x), &ports, self.pressures_at_valve(&numbers));
-        let into_vessel = |vessel: f64| orifice::piece(self.at_least_ambient(supply), Real::of(vessel)).value;
-        Piece {
+        let of_actuator = self.actuator.smooth_region(of_actuator(x), &ports, self.pressures_at_valve(&numbers));
+        let into_vessel = |vessel: f64| orifice::smooth_region(self.at_least_ambient(supply), Real::of(vessel)).value;
+        SmoothRegion {
             of_actuator,
             into_vessel: self.vessel_pressure(x).map_or(0.0, into_vessel),
             into_chambers: self.pieces_of_restrictions(&numbers),
             of_leaks: self.pieces_of_leaks(Pair([PRESSURE_A, PRESSURE_B].map(|place| numbers[place]))),
             touched: self.stops.touched(State::Position.get(x)),
-            of_profile: self.profile.as_ref().map_or(0, |profile| profile.piece(State::Position.get(x))),
+            of_profile: self.profile.as_ref().map_or(0, |profile| profile.smooth_region(State::Position.get(x))),
             is_backward: self.friction.states() > 0 && State::Velocity.get(x) < 0.0,
         }
     }
 
-    /// The numbers of the smooth pieces of the leaks, and of the friction level where it has a kink at equal pressures in both
+    /// The numbers of the smooth regions of the leaks, and of the friction level where it has a kink at equal pressures in both
     /// chambers.
     fn pieces_of_leaks(&self, pressures: Pair<Real>) -> Pair<Real> {
         let Pair([p_a, p_b]) = pressures;

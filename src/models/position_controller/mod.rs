@@ -25,7 +25,7 @@ use crate::model::{Course, Experiment, Functions, Model, Panel, Signal, Start};
 use crate::numbers::{DIRECTIONS, Real, STILL, Scalar, Slopes, Tangent, Varying, sign};
 use crate::sensitivity::{Along, Crossing, NoDerivative, Seed, Seeded, Varied, seeds};
 use crate::solver::StepError;
-use crate::system::{Held, Sample, Telling, Told, plain, slopes_of, still, told, varied};
+use crate::system::{Held, LabelledNumber, Sample, StateLabel, labelled, plain, slopes_of, still, varied};
 use crate::variables::{
     Condition, Meaning, ParameterError, ParameterSet, Table, Tunable, Variable, table_cache, units,
 };
@@ -446,8 +446,8 @@ impl Varied for PositionController<Tangent> {
 
     fn states(&self, _states: &mut [Tangent]) {}
 
-    fn memory(&self) -> Vec<Told> {
-        told(&self.memory.last, |_| Telling::Fields)
+    fn memory(&self) -> Vec<LabelledNumber> {
+        labelled(&self.memory.last, |_| StateLabel::Fields)
     }
 
     fn memory_slopes(&self) -> Vec<Slopes> {

@@ -20,7 +20,7 @@ use std::f64::consts::TAU;
 use serde::{Deserialize, Serialize};
 
 use self::variables::{Inputs, Outputs, Parameters, State};
-use crate::co_simulation::Product;
+use crate::co_simulation::AnyRun;
 use crate::co_simulation::start_sized;
 use crate::friction::{self, Contact, Drive, Event, Friction, FrictionContact, FrictionLaw, MAX_STATES};
 use crate::holds;
@@ -95,7 +95,7 @@ const IMPACT: usize = 0;
 const CONTACT: usize = 1;
 
 /// Starts a run with as many states as the friction law needs.
-fn start<L: FrictionLaw, P: Product>(start: &Start) -> Result<P, ParameterError> {
+fn start<L: FrictionLaw, P: AnyRun>(start: &Start) -> Result<P, ParameterError> {
     start_sized!(start, VibroImpact<L>, 1, [State::OTHERS, State::OTHERS + 1, State::OTHERS + MAX_STATES])
 }
 

@@ -242,7 +242,7 @@ impl Actuating for SwitchingValves {
         ClosedForm { middle: after(0.5 * stride.size), end: after(stride.size), defect: [S::zero(); STATES] }
     }
 
-    fn piece(&self, _openings: [f64; STATES], ports: &Ports<Real>, pressures: Pair<Real>) -> Pair<Real> {
+    fn smooth_region(&self, _openings: [f64; STATES], ports: &Ports<Real>, pressures: Pair<Real>) -> Pair<Real> {
         edge_pieces([ports.supply_pressure, Real::along(ports.exhaust_pressure)], pressures)
     }
 

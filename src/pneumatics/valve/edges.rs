@@ -47,16 +47,18 @@ impl Opening {
         }
     }
 
-    /// The number, from 0 to 15, of the smooth piece in which a spool lies.
+    /// The number, from 0 to 15, of the smooth region in which a spool lies.
     #[inline(always)]
-    pub fn piece(&self, spool: f64) -> Real {
+    pub fn smooth_region(&self, spool: f64) -> Real {
         let [towards_a, towards_b] = match self {
             Self::Linear { dead_zone, .. } => {
                 let corners = Real::all(&[dead_zone.value, 1.0]);
                 let passed = |travel| corners.map(|corner| is_above(travel, corner));
                 Real::all(&[spool, -spool]).map(passed).map(|[opens, is_open]| opens + is_open)
             }
-            Self::Table(curves) => [curves[0].piece(spool), curves[1].piece(-spool)].map(f64::from).map(Real::of),
+            Self::Table(curves) => {
+                [curves[0].smooth_region(spool), curves[1].smooth_region(-spool)].map(f64::from).map(Real::of)
+            }
         };
         towards_a + towards_b * 4.0
     }
@@ -138,9 +140,9 @@ mod tests {
         let table = Opening::Table(Box::new([curve.clone(), curve]));
         for (opening, corners) in [(Opening::linear(Tunable::still(0.1)), vec![0.1, 1.0]), (table, vec![0.1, 1.0])] {
             for side in [1.0, -1.0] {
-                let mut before = opening.piece(0.0).value;
+                let mut before = opening.smooth_region(0.0).value;
                 for corner in &corners {
-                    let [below, above] = [-1e-12, 1e-12].map(|off| opening.piece(side * (corner + off)).value);
+                    let [below, above] = [-1e-12, 1e-12].map(|off| opening.smooth_region(side * (corner + off)).value);
                     assert!(below == before && above != below, "at {corner}: {before}, {below}, {above}");
                     before = above;
                 }

@@ -307,9 +307,9 @@ impl Actuating for ProportionalValve {
     }
 
     #[inline(always)]
-    fn piece(&self, [_, spool]: [f64; STATES], ports: &Ports<Real>, pressures: Pair<Real>) -> Pair<Real> {
+    fn smooth_region(&self, [_, spool]: [f64; STATES], ports: &Ports<Real>, pressures: Pair<Real>) -> Pair<Real> {
         edge_pieces([ports.supply_pressure, Real::along(ports.exhaust_pressure)], pressures)
-            + self.opening.piece(spool).value * 16.0
+            + self.opening.smooth_region(spool).value * 16.0
     }
 
     /// Between two zeros of its velocity the spool moves one way. Where it turns within a step, it goes no further from its
@@ -328,7 +328,9 @@ impl Actuating for ProportionalValve {
         }
         let set_point = self.set_point(Real::of(commands.voltage), Real::of(set_point.value())).value;
         let reach = self.valve.spool.reach(set_point - spool, velocity);
-        [-reach, reach].iter().all(|far| self.opening.piece(set_point + far) == self.opening.piece(spool))
+        [-reach, reach]
+            .iter()
+            .all(|far| self.opening.smooth_region(set_point + far) == self.opening.smooth_region(spool))
     }
 
     fn drawn<S: Scalar>(&self, [_, spool]: [S; STATES], ports: &Ports<S>, gas: GasState<Pair<S>>) -> Pair<S> {

@@ -154,7 +154,9 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
         } else {
             let (x, memory) = (&self.x, &self.memory);
             let before = self.arrived_with.take();
-            if !before.is_some_and(|before| self.system.refresh(x, [&before, &u], memory, &mut here.derivatives)) {
+            if !before
+                .is_some_and(|before| self.system.update_derivatives(x, [&before, &u], memory, &mut here.derivatives))
+            {
                 here.derivatives = self.system.derivatives(S::of(self.time), x, &u, memory);
             }
         }
@@ -180,7 +182,7 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
             Scheme::Adaptive if self.is_explicit => {
                 let u = inputs.at(time);
                 let place = self.relaxing();
-                let rate = || system.relaxation(S::of(time), x, &here.derivatives, &u, memory);
+                let rate = || system.relaxation_rate(S::of(time), x, &here.derivatives, &u, memory);
                 let relaxing = place.and_then(|_| Relaxing::new(rate(), h));
                 let relaxing = place.zip(relaxing.as_ref());
                 let (first, is_midpoint) = (&here.derivatives, self.is_midpoint);

@@ -294,7 +294,7 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
     }
 
     /// The states at the end of a step with accurate slopes; nothing where the slopes of the step are accurate already. The step
-    /// control has seen values alone, and within a smooth piece slopes have the order of the method.
+    /// control has seen values alone, and within a smooth region slopes have the order of the method.
     #[inline(always)]
     pub(super) fn refined(&mut self, h: f64, end_time: f64, end: &[S; N]) -> Option<[S; N]> {
         if !S::VARIES || !self.settings.is_adaptive() {
@@ -313,7 +313,7 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
     fn divided_step(&mut self, h: f64, end_time: f64, end: &[S; N], excess: f64) -> Option<[S; N]> {
         let first = Some(&self.linearisation.derivatives).filter(|_| self.is_explicit);
         let beside = [self.is_behind_event(), false];
-        let Piece { end: reached, rates, .. } = self.divided(h, [0.0, 1.0], beside, &self.x, first, excess)?;
+        let Substep { end: reached, rates, .. } = self.divided(h, [0.0, 1.0], beside, &self.x, first, excess)?;
         let x = array(|i| S::with(end[i].value(), reached[i].slopes()));
         self.end_slope = match rates {
             Some(rates) => array(|i| S::with(self.end_slope[i].value(), rates[i].slopes())),
@@ -350,7 +350,7 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
         worst / self.settings.tolerance.max(if self.is_silent { OF_A_FILTER } else { sharpest })
     }
 
-    /// The states at the end of a step in smooth pieces; at the end may be an event, with a kink beside it.
+    /// The states at the end of a step in smooth regions; at the end may be an event, with a kink beside it.
     #[cold]
     fn in_pieces(&mut self, h: f64, end_time: f64, end: &[S; N], ends_on_event: bool) -> Option<[S; N]> {
         let ended = values(end);
@@ -358,8 +358,8 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
         let start = values(&self.x);
         let path = Hermite { start: &start, start_slope: &start_slope, end: &ended, end_slope: &end_slope, h };
         let (mut x, mut from) = (self.x, 0.0);
-        for piece in 0..=MOST_KINKS {
-            let to = if piece < MOST_KINKS { self.first_kink_behind(&path, from).unwrap_or(1.0) } else { 1.0 };
+        for part in 0..=MOST_KINKS {
+            let to = if part < MOST_KINKS { self.first_kink_behind(&path, from).unwrap_or(1.0) } else { 1.0 };
             let beside = [from > 0.0 || self.is_behind_event(), to < 1.0 || ends_on_event];
             let reached = self.smooth_piece(h, [from, to], beside, &x, None)?.end;
             // Behind a kink the equations of its other side hold.
@@ -374,7 +374,7 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
         Some(x)
     }
 
-    /// The end of a smooth piece of a step, which may begin or end on a kink, from rates at its start that may be known.
+    /// The end of a smooth region of a step, which may begin or end on a kink, from rates at its start that may be known.
     fn smooth_piece(
         &self,
         h: f64,
@@ -382,12 +382,12 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
         beside_kink: [bool; 2],
         x: &[S; N],
         first: Option<&[S; N]>,
-    ) -> Option<Piece<N, S>> {
-        let piece = self.piece(self.time + from * h, x, first, (to - from) * h)?;
-        let excess = self.inaccuracy(x, &piece.end, &piece.error);
+    ) -> Option<Substep<N, S>> {
+        let part = self.substep(self.time + from * h, x, first, (to - from) * h)?;
+        let excess = self.inaccuracy(x, &part.end, &part.error);
         let smallest = if beside_kink.contains(&true) { SMALLEST_BESIDE_KINK } else { SMALLEST_PIECE };
         if excess <= 1.0 || to - from <= smallest {
-            return Some(piece);
+            return Some(part);
         }
         self.divided(h, [from, to], beside_kink, x, first, excess)
     }
@@ -402,7 +402,7 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
         x: &[S; N],
         first: Option<&[S; N]>,
         excess: f64,
-    ) -> Option<Piece<N, S>> {
+    ) -> Option<Substep<N, S>> {
         let wanted = if after_kink || before_kink { 2.0 } else { (MARGIN * fourth_root(excess)).ceil() };
         let last = wanted.clamp(2.0, MOST_PARTS) as usize - 1;
         let size = (to - from) / (last + 1) as f64;
@@ -426,9 +426,9 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
         x
     }
 
-    /// The states after a piece of a step of a size in s, from rates at its start that may be known, and the rates at its end
+    /// The states after a part of a step of a size in s, from rates at its start that may be known, and the rates at its end
     /// where the method yields them; nothing if it leads nowhere.
-    fn piece(&self, time: f64, x: &[S; N], first: Option<&[S; N]>, size: f64) -> Option<Piece<N, S>> {
+    fn substep(&self, time: f64, x: &[S; N], first: Option<&[S; N]>, size: f64) -> Option<Substep<N, S>> {
         let (system, memory, inputs) = (&self.system, &self.memory, &self.inputs);
         let u = inputs.at(time);
         let first = first.copied().unwrap_or_else(|| system.derivatives(S::of(time), x, &u, memory));
@@ -440,21 +440,21 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
                 here.time_slopes = Some(self.time_slopes(time, x, &plain));
             }
             let Trial { end, error } = rosenbrock::step(system, time, x, inputs, memory, &here, size)?;
-            return Some(Piece { end, error, rates: None });
+            return Some(Substep { end, error, rates: None });
         }
-        let rate = || system.relaxation(S::of(time), x, &first, &u, memory);
+        let rate = || system.relaxation_rate(S::of(time), x, &first, &u, memory);
         let relaxing = self.relaxing().and_then(|_| Relaxing::new(rate(), size));
         let closed_form =
             (H::CLOSED_FORM > 0 && !inputs.vary()).then(|| system.closed_form(x, &u, memory, &system.stride(size)));
         let (closed_form, relaxing) = (closed_form.as_ref(), self.relaxing().zip(relaxing.as_ref()));
         let stages = Stages { system, time, x, inputs, memory, first: &first, h: size, closed_form, relaxing };
         let Explicit { trial: Trial { end, error }, slope, .. } = stages.classical();
-        Some(Piece { end, error, rates: Some(slope) })
+        Some(Substep { end, error, rates: Some(slope) })
     }
 }
 
-/// States after a piece of a step, their error, and rates there if they are known.
-struct Piece<const N: usize, S> {
+/// States after a part of a step, their error, and rates there if they are known.
+struct Substep<const N: usize, S> {
     end: [S; N],
     error: [S; N],
     rates: Option<[S; N]>,

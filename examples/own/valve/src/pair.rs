@@ -129,7 +129,7 @@ impl Actuating for ValvePair {
         self.supplied(spools, ports, gas).mass
     }
 
-    fn piece(&self, spools: [f64; STATES], ports: &Ports<Real>, pressures: Pair<Real>) -> Pair<Real> {
+    fn smooth_region(&self, spools: [f64; STATES], ports: &Ports<Real>, pressures: Pair<Real>) -> Pair<Real> {
         edge_pieces([ports.supply_pressure, Real::along(ports.exhaust_pressure)], pressures)
             + is_above(Pair(Real::all(&spools)), Pair::zero()) * 16.0
     }
