@@ -7,6 +7,7 @@
 #![forbid(unsafe_code)]
 
 pub mod arrays;
+pub mod calibration;
 pub mod candidates;
 pub mod causes;
 pub mod distributions;

@@ -2,6 +2,8 @@
 
 use std::sync::LazyLock;
 
+use crate::calibration::Calibration;
+
 /// Pressure of the standard atmosphere in Pa, above which gauge pressures count.
 pub const STANDARD_ATMOSPHERE: f64 = 101_325.0;
 
@@ -201,11 +203,15 @@ fn is_one_apart(one: &str, other: &str) -> bool {
     }
 }
 
-/// Factor and offset from a written unit to an SI unit, of a quantity that may count above ambient pressure.
+/// Factor and offset from a written unit, or a [calibration](Calibration), to an SI unit, of a quantity that may count above ambient
+/// pressure.
 ///
 /// # Errors
 /// A sentence with the nearest known unit and the units that there are.
 pub fn to_si(text: &str, si: &str, is_above_ambient: bool) -> Result<(f64, f64), String> {
+    if let Some(calibration) = Calibration::parse(text) {
+        return calibration?.to_si(si, is_above_ambient);
+    }
     let name = spelled(text);
     if name == si || text.trim() == si {
         return Ok((1.0, 0.0));

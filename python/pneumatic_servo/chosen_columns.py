@@ -6,6 +6,7 @@ import re
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
+from pneumatic_servo import _native
 from pneumatic_servo.argument_names import quoted
 from pneumatic_servo.columns import Table
 from pneumatic_servo.names import did_you_mean
@@ -50,6 +51,19 @@ class Column:
             if found:
                 return found, self
         return [], self
+
+    def is_calibrated(self, written: str | None, where: str) -> bool:
+        """Tell whether the unit is a calibration; refuse one of readings in another unit than a table says."""
+        calibrated = None if self.unit is None else _native.calibrated_reading(self.unit, written)
+        if calibrated is None:
+            return False
+        reading, is_same = calibrated
+        if not is_same:
+            raise ValueError(
+                f"{where}: the table says {written}, but the calibration of {quoted('columns')} reads "
+                f"{reading or 'counts'}; which is it?"
+            )
+        return True
 
     def place(self, signal: str, table: Table) -> tuple[int, Column]:
         """Return the place of the column of a table, and this as it is meant there; refuse none and several."""

@@ -119,6 +119,7 @@ def of_table(
         if variable.kind == "boolean" and not np.isnan(table.values[:, place]).any():
             found = np.ascontiguousarray(table.values[:, place])
         else:
+            column.is_calibrated(table.units[place], f"{table.file}:{table.first}, column {table.names[place]}")
             unit = column.unit or table.units[place] or variable.unit
             found = table.in_si(place, unit, variable.unit, has_gaps=columns is not None)
         found = -found if column.turned else found

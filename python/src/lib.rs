@@ -93,5 +93,6 @@ fn fill(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(table::seconds_since_first, module)?)?;
     module.add_function(wrap_pyfunction!(units::unit_like, module)?)?;
     module.add_function(wrap_pyfunction!(units::unit_scale, module)?)?;
+    module.add_function(wrap_pyfunction!(units::calibrated_reading, module)?)?;
     module.add_function(wrap_pyfunction!(units::units_of, module)?)
 }

@@ -1,5 +1,6 @@
 //! Units in which people write values.
 
+use pneumatic_servo_fit::calibration::Calibration;
 use pneumatic_servo_fit::units;
 use pyo3::prelude::*;
 
@@ -9,6 +10,16 @@ use crate::failure::refused;
 #[pyfunction]
 pub fn unit_scale(text: &str, si: &str, is_above_ambient: bool) -> PyResult<(f64, f64)> {
     units::to_si(text, si, is_above_ambient).map_err(refused)
+}
+
+/// The unit of the readings of a calibration, empty for counts, and whether a table's unit is that one; `None` for a plain unit.
+#[pyfunction]
+#[pyo3(signature = (text, written = None))]
+pub fn calibrated_reading(text: &str, written: Option<&str>) -> PyResult<Option<(String, bool)>> {
+    let Some(calibration) = Calibration::parse(text) else { return Ok(None) };
+    let reading = calibration.map_err(refused)?.reading;
+    let is_same = written.is_none_or(|written| units::spelled(written) == reading);
+    Ok(Some((reading, is_same)))
 }
 
 /// Names of the units of an SI unit.

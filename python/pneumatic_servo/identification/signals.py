@@ -68,6 +68,8 @@ SLIDING = Units()
 def si_of(signal: str, unit: str, where: str) -> str:
     """Return the SI unit that a unit of a signal is converted to; `where` begins the message of an error."""
     others = ALSO.get(signal, ())
+    if ".." in unit or "=" in unit:
+        return _si_of_calibration(signal, unit, where)
     for si in (SIGNALS[signal], *others):
         try:
             scale(unit, si, where)
@@ -79,6 +81,20 @@ def si_of(signal: str, unit: str, where: str) -> str:
     near = next((near for si in (SIGNALS[signal], *others) if (near := _native.unit_like(unit, si)[1])), None)
     hint = "" if near is None else f"did you mean {near}? "
     raise ValueError(f"{where}: the unit {unit} is refused; {hint}it must be one of {named}")
+
+
+def _si_of_calibration(signal: str, calibration: str, where: str) -> str:
+    """Return the SI unit of the quantity of a calibration, of those that a signal may have."""
+    problem = None
+    for si in (SIGNALS[signal], *ALSO.get(signal, ())):
+        try:
+            scale(calibration, si, where)
+        except ValueError as error:
+            problem = problem or error
+        else:
+            return si
+    assert problem is not None
+    raise problem
 
 
 def told_units(experiment: str, stated: Sequence[tuple[str, str, str]], given: Mapping[str, Any]) -> Units:

@@ -218,6 +218,8 @@ def _unit_of(written: str | None, signal: str, column: Column, where: str) -> st
                     f"{error}; {quoted('columns')} says which it is, {signal}={column.name}[{SIGNALS[signal]}]"
                 ) from None
         return written
+    if column.is_calibrated(written, where):
+        return column.unit
     if written is not None and not _is_same_unit(written, column.unit, signal, where):
         if _is_of_another(written, column.unit, signal, where):
             raise ValueError(f"{where}: the table says {written}, {quoted('columns')} {column.unit}; which is it?")
