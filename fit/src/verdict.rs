@@ -24,6 +24,30 @@ pub enum Light {
 }
 
 impl Light {
+    /// All of them, the worst last.
+    pub const ALL: [Self; 3] = [Self::Green, Self::Yellow, Self::Red];
+
+    /// The light of the RMS residual of a signal, by the standard deviation of its samples and by the noise of its sensor.
+    pub fn of_residual(rms: f64, spread: f64, noise: f64) -> Self {
+        if rms.is_nan() || rms > MISSED * spread {
+            Self::Red
+        } else if rms > LOUD * noise {
+            Self::Yellow
+        } else {
+            Self::Green
+        }
+    }
+
+    /// The light of a prediction, by the ratio of the RMS residuals of validation data and of fitted data.
+    pub fn of_prediction(ratio: f64) -> Self {
+        let [off, far] = OFF;
+        match ratio {
+            ratio if ratio <= off => Self::Green,
+            ratio if ratio <= far => Self::Yellow,
+            _ => Self::Red,
+        }
+    }
+
     /// Its name.
     pub fn name(self) -> &'static str {
         match self {
@@ -78,24 +102,18 @@ fn of_residuals(answer: &Answer) -> Vec<Finding> {
         let spread = spread(answer, signal);
         let noise = answer.noise.get(signal).copied().unwrap_or(f64::INFINITY);
         let (unit, residual) = (unit_of(signal), format!("RMS residual of {signal}: {}", short(*rms)));
-        let is_missed = rms.is_nan() || *rms > MISSED * spread;
-        let (light, text) = match rms / noise {
-            _ if is_missed => (
-                Light::Red,
-                format!(
-                    "{residual} {unit}, and the signal varies by {} {unit}: look at signs, units, and the supply, mass and \
-                     bore that were assumed",
-                    short(spread)
-                ),
+        let light = Light::of_residual(*rms, spread, noise);
+        let text = match light {
+            Light::Red => format!(
+                "{residual} {unit}, and the signal varies by {} {unit}: look at signs, units, and the supply, mass and \
+                 bore that were assumed",
+                short(spread)
             ),
-            times if times > LOUD => (
-                Light::Yellow,
-                format!(
-                    "{residual} {unit}, {} times the noise of its sensor: the law, or a fixed parameter, misses something",
-                    short(times)
-                ),
+            Light::Yellow => format!(
+                "{residual} {unit}, {} times the noise of its sensor: the law, or a fixed parameter, misses something",
+                short(rms / noise)
             ),
-            _ => (Light::Green, format!("{residual} {unit}, about the noise of its sensor")),
+            Light::Green => format!("{residual} {unit}, about the noise of its sensor"),
         };
         Finding { light, text }
     };
@@ -115,12 +133,7 @@ fn spread(answer: &Answer, signal: &str) -> f64 {
 fn of_prediction(answer: &Answer) -> Vec<Finding> {
     let of_signal = |(signal, validation): (&&'static str, &f64)| {
         let ratio = validation / answer.rms.get(signal).copied().unwrap_or(0.0).max(1e-300);
-        let [off, far] = OFF;
-        let light = match ratio {
-            ratio if ratio <= off => Light::Green,
-            ratio if ratio <= far => Light::Yellow,
-            _ => Light::Red,
-        };
+        let light = Light::of_prediction(ratio);
         let text = format!(
             "The residual of the validation data of {signal} is {} times the residual of the fitted data",
             short(ratio)

@@ -30,6 +30,7 @@ mod threads;
 mod transition;
 mod units;
 mod value;
+mod verdict;
 mod watch;
 
 use numpy::PyArray1;
@@ -94,5 +95,8 @@ fn fill(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(units::unit_like, module)?)?;
     module.add_function(wrap_pyfunction!(units::unit_scale, module)?)?;
     module.add_function(wrap_pyfunction!(units::calibrated_reading, module)?)?;
-    module.add_function(wrap_pyfunction!(units::units_of, module)?)
+    module.add_function(wrap_pyfunction!(units::units_of, module)?)?;
+    module.add_function(wrap_pyfunction!(verdict::lights, module)?)?;
+    module.add_function(wrap_pyfunction!(verdict::prediction_light, module)?)?;
+    module.add_function(wrap_pyfunction!(verdict::residual_light, module)?)
 }

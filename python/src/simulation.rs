@@ -14,7 +14,7 @@ use std::sync::{Mutex, MutexGuard};
 use crate::failure::{refused, refused_setting, stopped, transition_error};
 use crate::recording::Noticed;
 use crate::recording::places;
-use crate::transition::{Asked, SlopeParts};
+use crate::transition::{Asked, TransitionParts};
 use crate::value::{Given, Setting, seconds};
 
 /// A running plant.
@@ -106,7 +106,7 @@ impl Simulation {
         size: f64,
         parameters: Vec<String>,
         outputs: Vec<String>,
-    ) -> PyResult<SlopeParts<'py>> {
+    ) -> PyResult<TransitionParts<'py>> {
         let mut plant = self.plant(py);
         check_step(&plant, size)?;
         let asked = Asked { parameters, outputs };

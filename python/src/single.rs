@@ -8,7 +8,7 @@ use crate::failure::room;
 use crate::model::Model;
 use crate::recording::{Driven, Grid, Log, Logged, Noticed, Reached, Rows, places, record};
 use crate::signal::Signal;
-use crate::slopes::{Slopes, TransitionParts};
+use crate::slopes::{SlopeParts, Slopes};
 use crate::value::{Setting, setup};
 use crate::watch::{STEPS_PER_LOOK, Watch};
 
@@ -43,7 +43,7 @@ type Outcome<'py> = (
     Option<PyErr>,
     Vec<Noticed>,
     Vec<(f64, f64)>,
-    Option<TransitionParts<'py>>,
+    Option<SlopeParts<'py>>,
     Option<Logged<'py>>,
 );
 

@@ -71,9 +71,9 @@ def test_a_gain_that_is_estimated_corrects_the_calibration(run: ps.Run) -> None:
         table, experiment="rig", columns=wrong, law="Stribeck", settings={"supplyPressure": 6e5}, starts=0,
         progress=False, fit=["friction.stribeck.Fs", "friction.stribeck.Fc", "gain.position"],
     )  # fmt: skip
-    low, high = found.intervals["gain.position"]
-    assert low < 500.0 / 490.0 < high
-    assert high - low < 0.02
+    gain = found["gain.position"]
+    assert gain.low < 500.0 / 490.0 < gain.high
+    assert gain.high - gain.low < 0.02
 
 
 @pytest.mark.parametrize(

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from pneumatic_servo import _native
 from pneumatic_servo.identification.causes import Cause
 from pneumatic_servo.identification.fitted import Fitted
 from pneumatic_servo.identification.free_form import FreeForm
@@ -17,17 +18,15 @@ from pneumatic_servo.identification.residuals import Residuals
 
 Array = NDArray[np.float64]
 
-LIGHTS = ("green", "yellow", "red")
+HEADS = dict(_native.lights())
+"""Lights and their meaning, the worst last."""
+LIGHTS = tuple(HEADS)
 WORSE = 1.5
 """Ratio of a regime's RMS residual to the overall one from which it is named."""
-MISSED = 0.5
-"""Share of a signal's standard deviation that no model of it leaves as residual."""
-LOUD = 3.0
-"""Ratio of the residual to the noise of a sensor that shows an error of the model."""
 MUCH = 0.3
 """Share of what a law leaves of friction that a better one of the same variables would not."""
-OFF, FAR_OFF = 1.5, 3.0
-"""Ratios of the residual of validation data to the fitted one: predicted badly, or not at all."""
+LARGE = 9.0
+"""Size of a single residual, in units of its noise, that is named with its time."""
 
 
 @dataclass(frozen=True)
@@ -58,12 +57,7 @@ class Verdict:
     @property
     def text(self) -> str:
         """All findings in one paragraph."""
-        heads = {
-            "green": "The law describes the data as far as they tell.",
-            "yellow": "Look at this before the values are used.",
-            "red": "These values do not describe the machine.",
-        }
-        return " ".join([heads[self.light], *(finding.text for finding in self.findings)])
+        return " ".join([f"{HEADS[self.light]}.", *(finding.text for finding in self.findings)])
 
     def __str__(self) -> str:
         return f"{self.light}: {self.text}"
@@ -102,19 +96,20 @@ def _of_misfit(fit: Fitted, residuals: Residuals) -> Iterator[Finding]:
         residual = f"RMS residual of {signal}: {rms:.3g} {unit}"
         where = _worst(own, float(np.sqrt(np.mean(residuals.all(signal) ** 2))))
         tied = _listed([one.name for one in own if not one.is_white])
-        if not rms <= MISSED * spread:
+        light = _native.residual_light(rms, spread, noise)
+        if light == "red":
             yield Finding(
                 "red",
                 f"{residual}, and the signal varies by {spread:.3g} {unit}{where}: look at signs, units and what was "
                 "assumed.",
             )
-        elif rms > LOUD * noise:
+        elif light == "yellow":
             yield Finding(
                 "yellow",
                 f"{residual}, {rms / noise:.2g} times the noise of its sensor{where}: the law, or a fixed parameter, "
                 "misses something.",
             )
-        elif loud := [f"{one.name} ({one.rms:.3g})" for one in own if one.rms > LOUD * noise and not one.is_white]:
+        elif loud := [f"{one.name} ({one.rms:.3g})" for one in own if _is_loud(one, noise)]:
             yield Finding(
                 "yellow",
                 f"{residual}, about the noise of its sensor, but more {_listed(loud)}: there the law misses something.",
@@ -127,10 +122,15 @@ def _of_misfit(fit: Fitted, residuals: Residuals) -> Iterator[Finding]:
     yield from _worst_place(residuals)
 
 
+def _is_loud(regime: Regime, noise: float) -> bool:
+    """Tell whether the law misses something in a kind of motion."""
+    return not regime.is_white and _native.residual_light(regime.rms, np.inf, noise) != "green"
+
+
 def _worst_place(residuals: Residuals) -> Iterator[Finding]:
     """Say where a misfit is that noise cannot be."""
     worst = residuals.worst()
-    if worst is not None and worst.size > LOUD**2:
+    if worst is not None and worst.size > LARGE:
         record = residuals.windows[worst.window].record
         time = record.begin + record.time[worst.sample]
         yield Finding("green", f"The residual of {worst.signal} is largest at {time:.4g} s of {record.name}.")
@@ -141,7 +141,7 @@ def _of_prediction(fit: Fitted, ranges: Ranges) -> Iterator[Finding]:
         yield Finding("green", "There are no validation data, so that no prediction was tested.")
     for signal, rms in fit.validation_rms.items():
         ratio = rms / max(fit.rms[signal], 1e-300)
-        light = "red" if not ratio <= FAR_OFF else "yellow" if ratio > OFF else "green"
+        light = _native.prediction_light(ratio)
         unit = fit.units.of_signal(signal)
         yield Finding(
             light,
