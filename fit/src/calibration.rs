@@ -4,7 +4,7 @@ use crate::units::{spelled, to_si, units_of};
 
 /// SI units of the readings of transducers; readings without a unit are counts of a converter.
 const READINGS: [&str; 2] = ["V", "A"];
-const FORM: &str = "a calibration is written as 4..20 mA = 0..10 bar: readings at two points, and the quantity there";
+const EXAMPLE: &str = "4..20 mA = 0..10 bar";
 
 /// A calibration: a straight line through two points.
 #[derive(Clone, Debug, PartialEq)]
@@ -29,9 +29,9 @@ impl Calibration {
 
     fn of(text: &str) -> Result<Self, String> {
         let refused = |problem: &str| format!("the calibration {text} is refused: {problem}");
-        let (readings, quantities) = text.split_once('=').ok_or_else(|| refused(FORM))?;
-        let (readings, reading) = range(readings).ok_or_else(|| refused(FORM))?;
-        let (quantities, unit) = range(quantities).ok_or_else(|| refused(FORM))?;
+        let (readings, quantities) = text.split_once('=').ok_or_else(|| refused(&form()))?;
+        let (readings, reading) = range(readings).ok_or_else(|| refused(&form()))?;
+        let (quantities, unit) = range(quantities).ok_or_else(|| refused(&form()))?;
         let is_reading = |si: &&str| units_of(si).any(|unit| unit.name == reading);
         if !(reading.is_empty() || reading == "%" || READINGS.iter().any(|si| is_reading(&si))) {
             let problem = format!("readings are in V, mV, A, mA, % or, without a unit, in counts, not in {reading}");
@@ -59,11 +59,27 @@ impl Calibration {
     }
 }
 
-/// Two numbers and the unit behind them, of `4..20 mA`.
+fn form() -> String {
+    format!("a calibration is written as {EXAMPLE}: readings at two points, and the quantity there")
+}
+
+/// The end of a refusal of a unit of readings where a quantity is meant; empty for another unit.
+pub fn hint(text: &str, si: &str) -> String {
+    let name = spelled(text);
+    if READINGS.contains(&si) || !READINGS.iter().any(|of| units_of(of).any(|unit| unit.name == name)) {
+        return String::new();
+    }
+    format!("; readings in {name} need a calibration, such as {EXAMPLE}")
+}
+
+/// Two numbers and the unit behind them, of `4..20 mA`; `4...20` is no range, since it may be one from 4 to 0.2.
 fn range(text: &str) -> Option<([f64; 2], String)> {
     let (low, rest) = text.trim().split_once("..")?;
     let is_of_number = |letter: char| letter.is_ascii_digit() || "+-.eE".contains(letter);
     let rest = rest.trim_start();
+    if rest.starts_with('.') {
+        return None;
+    }
     let end = rest.find(|letter| !is_of_number(letter)).unwrap_or(rest.len());
     let (high, unit) = rest.split_at(end);
     Some(([low.trim().parse().ok()?, high.parse().ok()?], spelled(unit)))
@@ -95,10 +111,18 @@ mod tests {
     }
 
     #[test]
+    fn a_reading_without_a_calibration_is_refused_with_the_way_to_write_one() {
+        let refused = to_si("mA", "Pa", false).expect_err("a refusal");
+        assert!(refused.ends_with("; readings in mA need a calibration, such as 4..20 mA = 0..10 bar"), "{refused}");
+        assert!(!to_si("mm", "Pa", false).expect_err("a refusal").contains("calibration"));
+    }
+
+    #[test]
     fn a_wrong_calibration_is_refused_by_what_is_wrong() {
         for (text, problem) in [
             ("4..20 mA", "is written as 4..20 mA = 0..10 bar"),
             ("4-20 mA = 0-10 bar", "is written as"),
+            ("4...20 mA = 0..10 bar", "is written as"),
             ("4..20 mA = 0..10", "the quantity has no unit"),
             ("4..4 mA = 0..10 bar", "its two points must differ"),
             ("4..20 mA = 0..inf bar", "is written as"),

@@ -95,6 +95,7 @@ fn fill(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(units::unit_like, module)?)?;
     module.add_function(wrap_pyfunction!(units::unit_scale, module)?)?;
     module.add_function(wrap_pyfunction!(units::calibrated_reading, module)?)?;
+    module.add_function(wrap_pyfunction!(units::calibration_hint, module)?)?;
     module.add_function(wrap_pyfunction!(units::units_of, module)?)?;
     module.add_function(wrap_pyfunction!(verdict::lights, module)?)?;
     module.add_function(wrap_pyfunction!(verdict::prediction_light, module)?)?;

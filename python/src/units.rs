@@ -1,6 +1,6 @@
 //! Units in which people write values.
 
-use pneumatic_servo_fit::calibration::Calibration;
+use pneumatic_servo_fit::calibration::{self, Calibration};
 use pneumatic_servo_fit::units;
 use pyo3::prelude::*;
 
@@ -20,6 +20,12 @@ pub fn calibrated_reading(text: &str, written: Option<&str>) -> PyResult<Option<
     let reading = calibration.map_err(refused)?.reading;
     let is_same = written.is_none_or(|written| units::spelled(written) == reading);
     Ok(Some((reading, is_same)))
+}
+
+/// The end of a refusal of a unit of readings where a quantity is meant; empty for another unit.
+#[pyfunction]
+pub fn calibration_hint(text: &str, si: &str) -> String {
+    calibration::hint(text, si)
 }
 
 /// Names of the units of an SI unit.

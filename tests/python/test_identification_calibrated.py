@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+import pandas
 import pneumatic_servo as ps
 import pytest
 
@@ -83,6 +84,7 @@ def test_a_gain_that_is_estimated_corrects_the_calibration(run: ps.Run) -> None:
         ({"position": "U1[0..10 V = 0..500]"}, "the quantity has no unit"),
         ({"position": "U1[0..10 V = 0..5 bar]"}, "the unit bar is refused; it must be one of m, cm, mm"),
         ({"position": "U1[0..10 mm = 0..5 mm]"}, "readings are in V, mV, A, mA, % or, without a unit, in counts"),
+        ({"position": "U1[V]"}, "readings in V need a calibration, such as 4..20 mA = 0..10 bar"),
         ({"position": "U1[3..3 V = 0..5 mm]"}, "its two points must differ"),
     ],
 )
@@ -98,10 +100,10 @@ def test_a_table_in_another_unit_than_the_calibration_is_refused(run: ps.Run) ->
 
 
 def test_inputs_of_a_simulation_take_calibrations(run: ps.Run) -> None:
-    table = {"t": TIME, "I": 4.0 + 1.6 * VOLTAGE}
+    table = pandas.DataFrame({"t": TIME, "I": 4.0 + 1.6 * VOLTAGE, "u": VOLTAGE})
     of_current = ps.Model().simulate(
         SETTINGS, inputs=table, columns="time=t,valveVoltage=I[4..20 mA = 0..10 V]", stop=1.0, step=1e-3
     )
-    of_voltage = ps.Model().simulate(SETTINGS, inputs={"t": TIME, "u": VOLTAGE}, columns="time=t,valveVoltage=u",
+    of_voltage = ps.Model().simulate(SETTINGS, inputs=table, columns="time=t,valveVoltage=u",
                                      stop=1.0, step=1e-3)  # fmt: skip
     assert of_current["position"] == pytest.approx(of_voltage["position"], abs=1e-9)

@@ -107,7 +107,8 @@ def test_what_is_no_number_is_named() -> None:
         (pandas.DataFrame({"time": []}), None, "record 3: there are no rows below the header"),
         (pandas.DataFrame({"time": [0.0], "x [V]": [1.0]}), "time=time,position=x",
          "record 3:0, column 2 (x): the unit V is refused; it must be one of m, cm, mm, um, nm, in, ft, or for "
-         "the experiment force of rad, mrad, deg; columns says which it is, position=x[m]"),
+         "the experiment force of rad, mrad, deg; readings in V need a calibration, such as 4..20 mA = 0..10 bar; "
+         "columns says which it is, position=x[m]"),
         (pandas.DataFrame({"time": [0.0], "x [deg]": [1.0]}), "time=time,position=x[m]",
          "record 3:0, column 2 (x): the table says deg, columns m; which is it?"),
     ],

@@ -80,7 +80,8 @@ def si_of(signal: str, unit: str, where: str) -> str:
     named = ", ".join(units_of(SIGNALS[signal])) + (f", or for the experiment force of {more}" if more else "")
     near = next((near for si in (SIGNALS[signal], *others) if (near := _native.unit_like(unit, si)[1])), None)
     hint = "" if near is None else f"did you mean {near}? "
-    raise ValueError(f"{where}: the unit {unit} is refused; {hint}it must be one of {named}")
+    more = _native.calibration_hint(unit, SIGNALS[signal])
+    raise ValueError(f"{where}: the unit {unit} is refused; {hint}it must be one of {named}{more}")
 
 
 def _si_of_calibration(signal: str, calibration: str, where: str) -> str:
