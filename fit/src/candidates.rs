@@ -6,7 +6,6 @@ use crate::causes::{
     ALL_GAUGE, Candidates, Change, Choice, DAMPING_SPEED, GAUGE, MODEL, PRESSURES, is_clocked, suspected,
 };
 use crate::experiment::{Experiment, Given, OF_LOAD, parameter, sensors};
-use crate::law::usual;
 use crate::parameter::{Parameter, SPAN, Values};
 use crate::record::unit_of;
 use crate::runs::Runs;
@@ -33,7 +32,7 @@ pub fn named(experiment: &dyn Experiment, estimated: &[String]) -> Named {
     let given = experiment.given();
     let is_estimated = |name: &str| estimated.iter().any(|one| one == name);
     let has_friction = given.kind.name != "pneumatic";
-    let of_law = if has_friction { usual(given.table, given.law, &given.known) } else { vec![] };
+    let of_law = if has_friction { given.kind.usual(given.table, given.law, &given.known) } else { vec![] };
     let mut settings: Vec<String> = suspected(given.kind.name).into_iter().map(str::to_owned).collect();
     settings.extend(of_law);
     settings.retain(|name| !given.has(name) && !is_estimated(name));
@@ -41,7 +40,7 @@ pub fn named(experiment: &dyn Experiment, estimated: &[String]) -> Named {
     own.retain(|name| !is_estimated(name) && !given.known.contains_key(name));
     let is_thermal = estimated.iter().any(|name| name.starts_with("thermal."));
     let model = model(given).filter(|_| !is_thermal);
-    let damping = damping(given).filter(|_| has_friction && !is_estimated(DAMPING_SPEED));
+    let damping = damping(given).filter(|_| has_friction && !experiment.is_steady() && !is_estimated(DAMPING_SPEED));
     Named {
         settings: settings.iter().filter_map(|name| freed(experiment, name)).collect(),
         sensors: own,

@@ -78,7 +78,7 @@ pub fn suspected(experiment: &str) -> Vec<&'static str> {
 
 /// Whether more than friction depends on time in an experiment, so that it tells a wrong clock.
 pub fn is_clocked(experiment: &str) -> bool {
-    experiment != "motion"
+    !["motion", "points"].contains(&experiment)
 }
 
 /// Whether RMS residuals of signals beside the noise of their sensors are hardly more than noise: of noise no cause explains much.

@@ -172,6 +172,12 @@ impl Search<'_> {
         };
         let (sensors, found) = weigh(&fitted.simulation(self.workers))?;
         fitted.sensors = sensors;
+        if fitted.experiment.is_steady() {
+            // Of few points the parameters take away a part of the noise.
+            let (size, count) = (fitted.size() as f64, fitted.parameters.len() as f64);
+            let share = (size / (size - count).max(1.0)).sqrt();
+            fitted.sensors.iter_mut().for_each(|sensor| sensor.noise *= share);
+        }
         *best = Some(found);
         Ok(())
     }

@@ -14,7 +14,7 @@ use crate::intervals::{Ends, certainty};
 use crate::parameter::{Parameter, Values};
 use crate::plausibility::{self, Facts, Source as Table};
 use crate::problem::{Interrupted, TOLERANCE};
-use crate::record::{Signals, split, unit_of};
+use crate::record::{Signals, unit_of};
 use crate::refused::{NoAnswer, Refused};
 use crate::runs::Runs;
 use crate::search::{Loss, Watch};
@@ -24,6 +24,8 @@ use crate::study::{Source, Study};
 
 /// Samples for each parameter, at least.
 const SAMPLES: usize = 5;
+/// Points for each parameter, at least: each is a motion of its own.
+const POINTS: usize = 2;
 
 /// Data, experiment, and estimated parameters.
 #[derive(Clone, Debug, PartialEq)]
@@ -129,7 +131,7 @@ pub fn fit(question: &Question, watch: &dyn Watch, told: &dyn Fn(f64)) -> Result
     let given = Given::new(kind, question.law, known, question.signals.keys().cloned(), question.options);
     let experiment: Arc<dyn Experiment> = of_kind(given)?.into();
     check_plausible(&*experiment, question)?;
-    let (records, mut notes) = split(file, question.signals.clone())?;
+    let (records, mut notes) = kind.records(file, question.signals.clone())?;
     let parameters = parameters(&*experiment, question)?;
     let source = |record| Source { record, name: file.clone(), number: 0, validation: question.validation };
     let sources: Vec<Source> = records.into_iter().map(source).collect();
@@ -221,7 +223,7 @@ fn assumed(experiment: &dyn Experiment, known: &Values, parameters: &[Parameter]
         format!("{name} = {} {}", variable.start.unwrap_or(f64::NAN), unit.name)
     };
     // The default of this one is another form of the law than the first publication's.
-    let law: &[&str] = if given.law_name() == "LuGre" { &[DAMPING_SPEED] } else { &[] };
+    let law: &[&str] = if given.law_name() == "LuGre" && !experiment.is_steady() { &[DAMPING_SPEED] } else { &[] };
     let names = experiment.machine().iter().chain(law);
     let defaults: Vec<String> = names.filter(|name| !is_told(name)).map(shown).collect();
     (!defaults.is_empty()).then(|| format!("not given, so that the default counts: {}", defaults.join(", ")))
@@ -255,7 +257,8 @@ fn check_size(Study { experiment, segments, parameters, .. }: &Study) -> Result<
         }
     }
     let (size, count) = (samples * experiment.compared().len(), parameters.len());
-    if size < SAMPLES * count {
+    let least = if experiment.is_steady() { POINTS } else { SAMPLES };
+    if size < least * count {
         return Err(Refused(format!("too short: {size} samples to compare for {count} estimated parameters")));
     }
     Ok(())

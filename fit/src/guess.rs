@@ -17,6 +17,9 @@ const ELEMENTS: usize = 10;
 const DAMPING: [&str; 2] = ["N.s/m", "N.m.s/rad"];
 /// Presliding ends within a fiftieth of the stroke, as far as nothing better is known.
 const PRESLIDING: f64 = 50.0;
+/// Samples of a sliding motion, and points of one, without which a map of friction says nothing.
+const FEWEST: usize = 10;
+const FEWEST_POINTS: usize = 3;
 
 /// The parameters with starts from the data, where the user gave none.
 pub fn started(experiment: &dyn Experiment, segments: &[MeasuredSegment], parameters: &[Parameter]) -> Vec<Parameter> {
@@ -70,6 +73,7 @@ fn of_map(
         group: &group,
         fixed_static: is_fixed.then(|| given.value(&fixed, &Values::new())),
         bristles: given.value(&format!("{group}N"), values),
+        fewest: if experiment.is_steady() { FEWEST_POINTS } else { FEWEST },
     };
     levels(law, &own, &map, presliding(strokes.reduce(f64::max)))
 }
@@ -85,6 +89,8 @@ pub struct Law<'a> {
     pub fixed_static: Option<f64>,
     /// Number of bristles or elements.
     pub bristles: f64,
+    /// Samples of a sliding motion without which nothing is said.
+    pub fewest: usize,
 }
 
 /// Friction levels of estimated parameters, names and units, from a map of friction against speed; `length` is the length of
@@ -98,10 +104,10 @@ pub fn levels(law: Law<'_>, own: &[(&str, &str)], map: &Forces, length: f64) -> 
     let sliding = (0..speeds.len()).filter(|row| speeds[*row] > 0.1 * fastest && map.level[*row] > 1e-3);
     let (pace, dry): (Vec<f64>, Vec<f64>) =
         sliding.map(|row| (speeds[row], map.force[row] * map.speed[row].signum() / map.level[row])).unzip();
-    if fastest == 0.0 || pace.len() < 10 {
+    if fastest == 0.0 || pace.len() < law.fewest {
         return Values::new();
     }
-    let (mut coulomb, viscous) = dry_and_viscous(own, &pace, &dry, 0.3 * fastest);
+    let (mut coulomb, viscous) = dry_and_viscous(own, &pace, &dry, 0.3 * fastest, law.fewest);
     // Sliding friction beyond a static friction that stays as it is would be refused.
     if let Some(fixed) = law.fixed_static {
         coulomb = coulomb.min(BELOW * fixed);
@@ -140,11 +146,11 @@ pub fn levels(law: Law<'_>, own: &[(&str, &str)], map: &Forces, length: f64) -> 
 }
 
 /// Friction at speed 0 and its growth, from the faster samples; no growth under a law whose viscous friction is fixed.
-fn dry_and_viscous(own: &[(&str, &str)], pace: &[f64], dry: &[f64], least: f64) -> (f64, f64) {
+fn dry_and_viscous(own: &[(&str, &str)], pace: &[f64], dry: &[f64], least: f64, fewest: usize) -> (f64, f64) {
     let middle = median(dry).max(1e-9);
     let (fast, force): (Vec<f64>, Vec<f64>) =
         pace.iter().zip(dry).filter(|(pace, _)| **pace > least).map(|(pace, dry)| (*pace, *dry)).unzip();
-    if own.iter().all(|(_, unit)| !DAMPING.contains(unit)) || fast.len() < 10 {
+    if own.iter().all(|(_, unit)| !DAMPING.contains(unit)) || fast.len() < fewest {
         return (middle, 0.0);
     }
     let (slope, coulomb) = line(&fast, &force);
@@ -295,7 +301,7 @@ mod tests {
     }
 
     fn of(name: &str) -> Law<'_> {
-        Law { name, group: GROUP, fixed_static: None, bristles: 20.0 }
+        Law { name, group: GROUP, fixed_static: None, bristles: 20.0, fewest: FEWEST }
     }
 
     fn assert_close(found: f64, expected: f64, relative: f64, what: &str) {

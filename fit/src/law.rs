@@ -12,6 +12,21 @@ const FIXED: [&str; 2] = ["stribeck.FsInf", "revisedLuGre.v0"];
 /// Points of each side of the law `Table`.
 const POINTS: f64 = 11.0;
 
+/// SI units of stiffnesses and lengths before sliding.
+const PRESLIDING: [&str; 3] = ["N/m", "1/m", "m"];
+/// Ends of the names of further parameters of presliding and of bristles, which friction of a steady motion is free of.
+const TRANSIENT: [&str; 6] = ["lugre.vd", "revisedLuGre.vd", ".sigma1", ".n", "leuven.f1", "elastoPlastic.vd"];
+
+/// Whether friction of a steady motion depends on a parameter of a law that a fit usually estimates.
+pub fn acts_on_steady_motion(model: &Model, name: &str) -> bool {
+    let is_presliding = |variable: &Variable| match variable.kind {
+        Kind::Real(unit) => PRESLIDING.contains(&unit.name),
+        _ => false,
+    };
+    let is_of_bristle = model.table().find(name).is_some_and(|entry| is_presliding(entry.variable));
+    !is_of_bristle && !TRANSIENT.iter().any(|end| name.ends_with(end))
+}
+
 /// Prefix of the parameters of a law, with its dot; empty for a law without parameters.
 pub fn group(model: &Model, law: i32) -> String {
     let table = model.table();

@@ -34,6 +34,7 @@ pub mod sensor;
 pub mod signals;
 pub mod simulation;
 pub mod smoothing;
+mod steady;
 pub mod study;
 pub mod tables;
 pub mod units;

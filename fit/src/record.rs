@@ -11,6 +11,8 @@ const GAP: f64 = 5.0;
 const LOST: f64 = 0.02;
 /// Samples without which a record tells too little.
 const SHORTEST: usize = 50;
+/// Points without which a table tells too little.
+const FEWEST_POINTS: usize = 5;
 
 /// SI units of signals.
 pub const UNITS: [(&str, &str); 12] = [
@@ -120,6 +122,33 @@ pub fn split(name: &str, mut signals: Signals) -> Result<(Vec<Record>, Vec<Strin
     let records: Vec<Record> = used.into_iter().map(|(first, last)| whole.part(first, last)).collect();
     check_motion(&records)?;
     Ok((records, notes))
+}
+
+/// Points without a time as a record, whose times number them.
+///
+/// # Errors
+/// [`Refused`] for points of which nothing can be learned, and for values that are no numbers.
+pub fn points(name: &str, signals: Signals) -> Result<Record, Refused> {
+    let velocity = signals.get("velocity").ok_or_else(|| Refused(format!("{name}: there is no velocity")))?;
+    let number = velocity.len();
+    for (signal, values) in &signals {
+        if values.len() != number {
+            return Err(Refused(format!("{name}: {signal} has {} points, velocity {number}", values.len())));
+        }
+        if let Some(place) = values.iter().position(|value| !value.is_finite()) {
+            let value = values[place];
+            return Err(Refused(format!("{name}: {signal} is {value} at point {place}; correct or remove the row")));
+        }
+    }
+    if number < FEWEST_POINTS {
+        return Err(Refused(format!("{name}: too few points, {number}; at least {FEWEST_POINTS} are needed")));
+    }
+    if velocity.iter().all(|velocity| *velocity == 0.0) {
+        return Err(Refused(format!(
+            "{name}: velocity = 0 m/s at all points: friction at rest answers the drive; measure while it slides"
+        )));
+    }
+    Ok(Record::new((0..number).map(|place| place as f64).collect(), 0.0, signals))
 }
 
 /// Refuses a motion that never changes.

@@ -9,13 +9,15 @@ use crate::law::viscous;
 use crate::parameter::{Parameter, Values, values};
 use crate::problem::Segment;
 use crate::refused::Refused;
+use crate::steady;
 
 /// Limit of the solver steps of a run, relative to the start's; one that takes more is given up. Far from plausible values, say
 /// where a bristle is all damping, a run may take a thousand times as long, and tells no more than that.
 pub(crate) const WORK: f64 = 20.0;
 /// Steps between two looks at the work that was done, and whether to go on.
 const LOOK: usize = 16;
-const COUNTED: [&str; 2] = ["solver.steps", "solver.rejectedSteps"];
+/// Counters of the solver that are its work.
+pub(crate) const COUNTED: [&str; 2] = ["solver.steps", "solver.rejectedSteps"];
 /// Magnitudes of the changes of start values, in SI units.
 const MAGNITUDES: [(&str, f64); 4] =
     [("position0", 1e-4), ("velocity0", 1e-2), ("chamberA.pressure0", 1e3), ("chamberB.pressure0", 1e3)];
@@ -165,6 +167,9 @@ impl<'a> Runs<'a> {
         tolerance: f64,
         goes_on: &dyn Fn(f64) -> bool,
     ) -> Run {
+        if self.experiment.is_steady() {
+            return steady::recorded(self.experiment, given, outputs, self.exactness * tolerance, self.most, goes_on);
+        }
         let points = self.segments[place].record.grid.len();
         let mut run = Run { outputs: vec![vec![f64::NAN; points]; outputs.len()], steps: 0.0, failure: None };
         let mut row = |plant: &mut Plant, places: &[Place], point: usize| {
@@ -369,6 +374,11 @@ mod tangents {
             goes_on: &dyn Fn(f64) -> bool,
             underivable: &mut Underivable,
         ) -> Option<(Courses, BTreeMap<String, Courses>)> {
+            if self.experiment.is_steady() {
+                let why = "each point is a run of its own, until friction is steady";
+                underivable.extend(by.into_iter().map(|name| (name, why.to_owned())));
+                return None;
+            }
             let outputs = self.experiment.outputs();
             let points = self.segments[place].record.grid.len();
             let empty = vec![vec![f64::NAN; points]; outputs.len()];

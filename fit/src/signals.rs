@@ -233,6 +233,14 @@ impl Table {
         Ok(OnOneClock { samples, others })
     }
 
+    /// The chosen columns in SI units row by row, of a table of points without a time.
+    ///
+    /// # Errors
+    /// In words for the user, for a column that is no numbers or has empty cells, and a unit that is none of its signal.
+    pub fn rows(&self, file: &str, chosen: &[Chosen]) -> Result<Vec<Vec<f64>>, Refused> {
+        chosen.iter().map(|column| self.in_si(file, column, false)).collect()
+    }
+
     /// Refuses times that do not rise, as they are written.
     fn check_time(&self, file: &str, time: &Chosen) -> Result<(), Refused> {
         let times = &self.columns[time.place];

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::arrays::mean;
+use crate::arrays::{differences, extremes, mean, rms};
 use crate::experiment::{self, Experiment, Given, MeasuredSegment, Options, of_kind};
 use crate::expression::Tie;
 use crate::parameter::{Parameter, Values};
@@ -12,6 +12,13 @@ use crate::refused::Refused;
 use crate::runs::{Runs, WORK};
 use crate::sensor::Sensor;
 use crate::simulation::{Simulation, Workers};
+
+/// Relative difference of velocities and loads up to which a point is repeated.
+const REPEATED: f64 = 0.01;
+/// Repetitions without which the scatter of repeated points is no noise.
+const REPEATS: usize = 4;
+/// Points below which third differences are too few for a noise.
+const FEW: usize = 12;
 
 /// A record, and what is left out of its fit.
 #[derive(Clone, Debug, PartialEq)]
@@ -206,10 +213,49 @@ impl Study {
 }
 
 /// Sensors of the compared signals, as the data of segments tell them.
-fn sensors(experiment: &dyn Experiment, segments: &[MeasuredSegment]) -> Vec<Sensor> {
+pub fn sensors(experiment: &dyn Experiment, segments: &[MeasuredSegment]) -> Vec<Sensor> {
     let of = |signal: &&'static str| {
+        if experiment.is_steady() {
+            return of_points(experiment, segments, signal);
+        }
         let courses: Vec<&[f64]> = segments.iter().map(|segment| segment.record.of(signal)).collect();
         Sensor::of(&courses)
     };
     experiment.compared().iter().map(of).collect()
+}
+
+/// The sensor of a signal of points: its noise is the scatter of repeated points, or else of points in the order of load and
+/// velocity, where friction of a smooth law hardly changes from one to the next.
+fn of_points(experiment: &dyn Experiment, segments: &[MeasuredSegment], signal: &str) -> Sensor {
+    let driving = experiment.driving();
+    let mut points: Vec<(Vec<f64>, f64)> = Vec::new();
+    for MeasuredSegment { record, used, .. } in segments {
+        // The velocity comes first among the signals that drive, and last in the order.
+        let at = |row: usize| driving.iter().rev().map(|driving| record.of(driving)[row]).collect();
+        points.extend((0..used.len()).filter(|row| used[*row]).map(|row| (at(row), record.of(signal)[row])));
+    }
+    points.sort_by(|(one, _), (other, _)| one.partial_cmp(other).expect("finite numbers"));
+    let is_repeated = |(one, _): &(Vec<f64>, f64), (other, _): &(Vec<f64>, f64)| {
+        one.iter().zip(other).all(|(one, other)| (one - other).abs() <= REPEATED * one.abs().max(other.abs()))
+    };
+    let (mut squares, mut freedom) = (0.0, 0);
+    for group in points.chunk_by(is_repeated) {
+        let values: Vec<f64> = group.iter().map(|(_, value)| *value).collect();
+        let middle = mean(&values);
+        squares += values.iter().map(|value| (value - middle) * (value - middle)).sum::<f64>();
+        freedom += values.len() - 1;
+    }
+    let values: Vec<f64> = points.into_iter().map(|(_, value)| value).collect();
+    let whole = Sensor::of(&[&values]);
+    // Rounding to the step of a converter makes repeated points alike.
+    let rounding = whole.step / 12f64.sqrt();
+    let noise = if freedom >= REPEATS {
+        (squares / freedom as f64).sqrt()
+    } else if values.len() < FEW {
+        rms(&differences(&values)) / 2f64.sqrt()
+    } else {
+        whole.noise
+    };
+    let least = Sensor::of(&[&[extremes(&values).1]]).noise;
+    Sensor { noise: noise.max(rounding).max(least), ..whole }
 }

@@ -254,3 +254,68 @@ fn choices_that_cannot_be_used_are_refused_by_name() {
     assert!(changed(&rest).contains("position never changes"));
     assert!(changed(&|question| drop(question.signals.remove("valveVoltage"))).contains("valveVoltage is missing"));
 }
+
+/// Points of a table in an arbitrary order, of the law itself in its closed form: both directions, three times each, at two pressures.
+fn points(state: &mut u64) -> Signals {
+    let mut rows = Vec::new();
+    for repeat in 0..3 {
+        for speed in [0.2, 0.5, 1.0, 2.0, 4.0, 7.0, 12.0, 20.0, 35.0, 60.0, 100.0] {
+            for (side, pressure) in [(1.0, 0.0), (-1.0, 4e5), (1.0, 4e5), (-1.0, 0.0)] {
+                let velocity = 1e-3 * side * speed;
+                let dry = 8.0 + 4.0 * libm::exp(-(velocity / 0.01) * (velocity / 0.01));
+                let friction = side * dry * (1.0 + 2e-6 * pressure) + 40.0 * velocity + 0.05 * random::normal(state);
+                rows.push((random::uniform(state), [velocity, pressure, friction], repeat));
+            }
+        }
+    }
+    rows.sort_by(|one, other| one.0.total_cmp(&other.0));
+    let column = |(place, name): (usize, &str)| (name.to_owned(), rows.iter().map(|(_, row, _)| row[place]).collect());
+    ["velocity", "pressure", "frictionForce"].into_iter().enumerate().map(column).collect()
+}
+
+#[test]
+fn points_without_a_time_are_found() {
+    let mut state = 9;
+    let signals = points(&mut state);
+    for (law_name, group) in [("Stribeck", "friction.stribeck"), ("LuGre", "friction.lugre")] {
+        let names: Vec<String> = ["Fs", "Fc", "vs", "sigma2"].map(|name| format!("{group}.{name}")).into();
+        let estimated: Vec<&str> = names.iter().map(String::as_str).chain(["friction.kappaA"]).collect();
+        let asked = question("points", law_name, signals.clone(), &estimated, &[("friction.kappaA", 1e-7)]);
+        let answer = answered(&asked);
+        assert!(answer.converged, "{}", answer.message);
+        let truths = [(names[0].as_str(), 12.0), (&names[1], 8.0), (&names[2], 0.01), (&names[3], 40.0)];
+        assert_found(&answer, &truths);
+        assert_found(&answer, &[("friction.kappaA", 2e-6)]);
+        let (noise, rms) = (answer.noise["frictionForce"], answer.rms["frictionForce"]);
+        assert!((0.7..1.4).contains(&(noise / 0.05)) && (0.7..1.3).contains(&(rms / 0.05)), "{noise}, {rms}");
+        assert_eq!(verdict(&answer).0, Light::Green, "{:?}", verdict(&answer).1);
+    }
+}
+
+#[test]
+fn points_that_cannot_be_meant_are_refused_by_name() {
+    let signals = points(&mut 1);
+    let told = |signals: Signals, law_name: &str| {
+        let asked = question("points", law_name, signals, &[STRIBECK[1]], &[]);
+        match fit(&asked, &Unwatched, &|_| {}) {
+            Err(NoAnswer::Refused(refused)) => refused.0,
+            other => panic!("{other:?}"),
+        }
+    };
+    let with = |name: &str, values: Vec<f64>| {
+        let mut changed = signals.clone();
+        changed.insert(name.to_owned(), values);
+        changed
+    };
+    let number = signals["velocity"].len();
+    let timed = told(with("time", (0..number).map(|row| row as f64).collect()), "Stribeck");
+    assert!(timed.contains("takes points without a time") && timed.contains("motion"), "{timed}");
+    let resting = told(with("velocity", vec![0.0; number]), "Stribeck");
+    assert!(resting.contains("velocity = 0 m/s at all points"), "{resting}");
+    let mut broken = signals["frictionForce"].clone();
+    broken[5] = f64::NAN;
+    let missing = told(with("frictionForce", broken), "Stribeck");
+    assert!(missing.contains("frictionForce is NaN at point 5"), "{missing}");
+    let law = told(signals.clone(), "Polito");
+    assert!(law.starts_with("law = Polito is refused"), "{law}");
+}

@@ -79,7 +79,7 @@ class Column:
         return found[0], column
 
 
-def columns_of(given: str | Mapping[str, str], known: Collection[str]) -> dict[str, Column]:
+def columns_of(given: str | Mapping[str, str], known: Collection[str], *, has_time: bool = True) -> dict[str, Column]:
     """Read which column is which of the known signals, from `signal=column[unit],...` or a mapping."""
     if isinstance(given, str):
         pairs = [word.partition("=") for word in given.split(",") if word]
@@ -99,6 +99,6 @@ def columns_of(given: str | Mapping[str, str], known: Collection[str]) -> dict[s
         first = seen.setdefault(column.typed.removeprefix("-").lstrip(), signal)
         if first != signal:
             raise ValueError(f"{quoted('columns')}: {column.name} is given for {first} and for {signal}; which is it?")
-    if "time" not in columns:
+    if has_time and "time" not in columns:
         raise ValueError(f"{quoted('columns')}: no column is given for time, for example time=t")
     return columns

@@ -12,10 +12,11 @@ use pneumatic_servo_fit::candidates::{self, Named};
 use pneumatic_servo_fit::experiment::{
     self, Begin, Forces, Given, Inputs, KINDS, Kind, MeasuredSegment, OfRecord, Options, Whole, of_kind,
 };
-use pneumatic_servo_fit::law;
 use pneumatic_servo_fit::parameter::Values;
 use pneumatic_servo_fit::plausibility::{self, Facts, Finding, Remedy, Source, Written};
 use pneumatic_servo_fit::record::{Record, Signals};
+use pneumatic_servo_fit::sensor::Sensor;
+use pneumatic_servo_fit::study;
 use pyo3::prelude::*;
 
 use crate::failure::refused;
@@ -135,6 +136,19 @@ impl Experiment {
     #[getter]
     fn has_lines(&self) -> bool {
         self.inner.has_lines()
+    }
+
+    /// Whether each sample is a steady motion of its own, without time.
+    #[getter]
+    fn is_steady(&self) -> bool {
+        self.inner.is_steady()
+    }
+
+    /// Noise, step of the converter, and whether readings are ranges, of the sensor of each compared signal, as segments tell them.
+    fn sensors_of(&self, segments: Vec<PyRef<'_, Segment>>) -> Vec<(f64, f64, bool)> {
+        let segments: Vec<_> = segments.iter().map(|segment| segment.inner.clone()).collect();
+        let of = |Sensor { noise, step, is_coarse }: Sensor| (noise, step, is_coarse);
+        study::sensors(&*self.inner, &segments).into_iter().map(of).collect()
     }
 
     /// Variables of the model that are recorded.
@@ -338,8 +352,9 @@ pub fn experiments() -> Vec<(&'static str, Vec<&'static str>, &'static str, &'st
     KINDS.iter().map(|kind| (kind.name, kind.required.to_vec(), kind.table, kind.simulated)).collect()
 }
 
-/// Parameters of a law that a fit usually estimates.
+/// Parameters of a law that a fit of an experiment usually estimates.
 #[pyfunction]
-pub fn usual_parameters(model: &Model, law: i32, known: Values) -> Vec<String> {
-    law::usual(model.model, law, &known)
+pub fn usual_parameters(experiment: &str, model: &Model, law: i32, known: Values) -> PyResult<Vec<String>> {
+    let kind = Kind::of_name(experiment).map_err(|why| refused(why.0))?;
+    Ok(kind.usual(model.model, law, &known))
 }

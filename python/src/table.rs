@@ -103,7 +103,7 @@ pub fn scaled<'py>(
     units::scaled(&values.as_array().to_vec(), (factor, offset)).into_pyarray(py)
 }
 
-/// Chosen columns of a table in SI units on one clock, and those that were read at other times.
+/// Chosen columns of a table in SI units on one clock, and those that were read at other times; row by row where none is the time.
 ///
 /// A chosen column is signal, place, unit, SI unit, and whether it is turned.
 #[pyfunction]
@@ -117,6 +117,12 @@ pub fn table_signals<'py>(
     let lines = lines.as_array().to_vec();
     let table = Table { header: names.clone(), names, units, columns, lines, first, faults, clocks, gaps };
     let of = |(signal, place, unit, si, is_turned)| Chosen { signal, place, unit, si, is_turned };
-    let found = table.signals(&file, &chosen.into_iter().map(of).collect::<Vec<_>>()).map_err(refused)?;
-    Ok((found.samples.into_iter().map(|values| values.into_pyarray(py)).collect(), found.others))
+    let chosen: Vec<Chosen> = chosen.into_iter().map(of).collect();
+    let (samples, others) = if chosen.iter().any(|column| column.signal == "time") {
+        let found = table.signals(&file, &chosen).map_err(refused)?;
+        (found.samples, found.others)
+    } else {
+        (table.rows(&file, &chosen).map_err(refused)?, vec![])
+    };
+    Ok((samples.into_iter().map(|values| values.into_pyarray(py)).collect(), others))
 }

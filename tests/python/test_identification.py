@@ -142,7 +142,7 @@ def test_position_that_only_jitters_is_at_rest() -> None:
 
 def test_what_is_free_by_default_has_an_effect() -> None:
     """Growth of static friction at rest is off by default: its level, 0, is no start for anything."""
-    found = usual("Stribeck", ps.Model("FrictionBench"), {})
+    found = usual("motion", "Stribeck", ps.Model("FrictionBench"), {})
     assert found == [f"friction.stribeck.{name}" for name in ("Fs", "Fc", "vs", "sigma2")]
 
 
@@ -160,7 +160,7 @@ def test_what_is_free_by_default_has_an_effect() -> None:
     ],
 )
 def test_free_by_default_is_what_shapes_the_law(law: str, settings: dict[str, ps.Value], expected: str) -> None:
-    found = usual(law, ps.Model("FrictionBench"), settings)
+    found = usual("motion", law, ps.Model("FrictionBench"), settings)
     assert [name.rsplit(".", 1)[1] for name in found] == expected.split()
 
 

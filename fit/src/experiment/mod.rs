@@ -7,8 +7,10 @@ mod measured;
 mod mechanical;
 mod motion;
 mod pneumatic;
+mod points;
 mod pushed;
 mod rig;
+mod seal;
 mod segments;
 
 use std::collections::BTreeSet;
@@ -26,7 +28,7 @@ use crate::arrays::interpolate;
 use crate::expression::Tie;
 use crate::law;
 use crate::parameter::{Parameter, Values};
-use crate::record::{Record, Signals, unit_of};
+use crate::record::{self, Record, Signals, split, unit_of};
 use crate::refused::Refused;
 use crate::smoothing::low_pass;
 
@@ -207,6 +209,11 @@ pub trait Experiment: Send + Sync {
     /// Measured signals that drive the model.
     fn driving(&self) -> Vec<&'static str>;
 
+    /// Whether each sample is a steady motion of its own, without time, and no sample of a course.
+    fn is_steady(&self) -> bool {
+        false
+    }
+
     /// Properties of a test bench that its model does not have, and that may be estimated.
     fn of_bench(&self) -> Vec<&'static str> {
         Vec::new()
@@ -295,11 +302,18 @@ const BENCH: &str = "FrictionBench";
 const CYLINDER: &str = "PneumaticServoCylinder";
 
 /// All kinds of experiments.
-pub const KINDS: [Kind; 5] = [
+pub const KINDS: [Kind; 6] = [
     Kind {
         name: "motion",
         required: &["time"],
         either: &[["position", "velocity"], ["frictionForce", "force"]],
+        table: BENCH,
+        simulated: BENCH,
+    },
+    Kind {
+        name: "points",
+        required: &["velocity"],
+        either: &[["frictionForce", "force"]],
         table: BENCH,
         simulated: BENCH,
     },
@@ -344,9 +358,36 @@ impl Kind {
         KINDS.iter().find(|kind| kind.name == name).ok_or_else(missing)
     }
 
-    /// Refuses too few signals.
+    /// Whether its tables are courses over time; otherwise each row is a point.
+    pub fn has_time(&self) -> bool {
+        self.required.contains(&"time")
+    }
+
+    /// Parameters of a law that a fit usually estimates; of points only those that friction of a steady motion depends on.
+    pub fn usual(&self, model: &Model, law: i32, known: &Values) -> Vec<String> {
+        let mut names = law::usual(model, law, known);
+        names.retain(|name| self.has_time() || law::acts_on_steady_motion(model, name));
+        names
+    }
+
+    /// Records of signals, with notes: courses without gaps, or the points of a table as one record.
+    ///
+    /// # Errors
+    /// [`Refused`], as [`split`] and [`points`](record::points).
+    pub fn records(&self, name: &str, signals: Signals) -> Result<(Vec<Record>, Vec<String>), Refused> {
+        if self.has_time() { split(name, signals) } else { Ok((vec![record::points(name, signals)?], vec![])) }
+    }
+
+    /// Refuses too few signals, and a time where there is none.
     fn check(&self, signals: &BTreeSet<String>) -> Result<(), Refused> {
         let name = self.name;
+        if !self.has_time() && signals.contains("time") {
+            let courses = KINDS.iter().find(|kind| kind.has_time()).expect("an experiment over time").name;
+            return Err(Refused(format!(
+                "experiment {name} takes points without a time, but there is a column for time; leave it out, or fit \
+                 the course over time as experiment {courses}"
+            )));
+        }
         let missing: Vec<&str> = self.required.iter().copied().filter(|signal| !signals.contains(*signal)).collect();
         if !missing.is_empty() {
             let required = self.required.join(", ");
@@ -368,6 +409,7 @@ pub fn of_kind(given: Given) -> Result<Box<dyn Experiment>, Refused> {
     given.kind.check(&given.signals)?;
     let experiment: Box<dyn Experiment> = match given.kind.name {
         "motion" => Box::new(motion::Motion::new(given)),
+        "points" => Box::new(points::Points::new(given)?),
         "force" => Box::new(force::Force::new(given)),
         "mechanical" => Box::new(mechanical::Mechanical::new(given)),
         "pneumatic" => Box::new(pneumatic::Pneumatic::new(given)),
@@ -392,7 +434,11 @@ pub fn sensors(experiment: &dyn Experiment) -> Vec<String> {
     let of = |kinds: &[&str], signals: &[&str]| -> Vec<String> {
         signals.iter().flat_map(|signal| kinds.iter().map(move |kind| format!("{kind}.{signal}"))).collect()
     };
-    let mut names = [of(&["gain", "offset", "delay"], &both), of(&["lag"], &compared)].concat();
+    // Without a time no reading is late.
+    let mut names = match experiment.is_steady() {
+        true => of(&["gain", "offset"], &both),
+        false => [of(&["gain", "offset", "delay"], &both), of(&["lag"], &compared)].concat(),
+    };
     // The zero of a position that prescribes a motion has no effect.
     names.retain(|name| experiment.given().kind.name != "motion" || name != "offset.position");
     names
@@ -420,7 +466,9 @@ pub fn parameter(experiment: &dyn Experiment, name: &str) -> Result<Parameter, R
         return Ok(Parameter::of_bench(name).expect("a property of a bench"));
     }
     if name == "area" {
-        return Err(Refused("area needs the columns force and pressure, in the experiment motion".to_owned()));
+        return Err(Refused(
+            "area needs the columns force and pressure, in the experiments motion and points".to_owned(),
+        ));
     }
     if experiment.lacks(name) {
         return Err(given.lacking(name));

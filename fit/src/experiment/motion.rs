@@ -1,6 +1,6 @@
 //! A seal or a tribometer: the motion is prescribed, the force is measured.
 
-use super::{Begin, Experiment, Forces, Given, MeasuredSegment};
+use super::{Begin, Experiment, Forces, Given, MeasuredSegment, seal};
 use crate::arrays::{gradient, interpolate};
 use crate::numerals::significant;
 use crate::parameter::Values;
@@ -21,13 +21,8 @@ pub struct Motion {
 impl Motion {
     /// The experiment for signals.
     pub(super) fn new(given: Given) -> Self {
-        let compared = if given.has("frictionForce") { "frictionForce" } else { "force" };
-        Self { given, compared: [compared] }
-    }
-
-    /// Whether the measured force includes the pressure force.
-    fn has_pressure(&self) -> bool {
-        self.compared == ["force"] && self.given.has("pressure")
+        let compared = [seal::compared(&given)];
+        Self { given, compared }
     }
 
     /// The signal that the motion is taken from.
@@ -35,28 +30,9 @@ impl Motion {
         if self.given.has("position") { "position" } else { "velocity" }
     }
 
-    fn area(&self, values: &Values) -> f64 {
-        self.given.beside("area", values, 0.0)
-    }
-
     /// Load factor at the communication points.
     fn level(&self, segment: &MeasuredSegment, values: &Values) -> Vec<f64> {
-        let mut level = vec![1.0; segment.driven["position"].len()];
-        if segment.driven.contains_key("normalForce") {
-            let load = self.given.measured(segment, "normalForce", values);
-            level.iter_mut().zip(load).for_each(|(level, load)| *level = load / self.given.options.rated);
-        }
-        if segment.driven.contains_key("pressure") {
-            let kappa = self.given.beside("friction.kappaA", values, 0.0);
-            let pressure = self.given.measured(segment, "pressure", values);
-            level.iter_mut().zip(pressure).for_each(|(level, pressure)| *level *= 1.0 + kappa * pressure);
-        }
-        let factor = self.given.beside("friction.direction.factor", values, 1.0);
-        if factor != 1.0 {
-            let path = self.path(segment, values);
-            level.iter_mut().zip(outwards(&path)).filter(|(_, is)| *is).for_each(|(level, _)| *level *= factor);
-        }
-        level.into_iter().map(|level| level.max(0.0)).collect()
+        seal::level(&self.given, segment, values, || outwards(&self.path(segment, values)).collect())
     }
 
     /// Position at the communication points, from where the segment begins. A late reading that has not yet told the end of a
@@ -93,11 +69,11 @@ impl Experiment for Motion {
 
     fn driving(&self) -> Vec<&'static str> {
         let has = |signal: &&str| self.given.has(signal);
-        std::iter::once(self.moving()).chain(["pressure", "normalForce"].into_iter().filter(has)).collect()
+        std::iter::once(self.moving()).chain(seal::LOADS.into_iter().filter(has)).collect()
     }
 
     fn of_bench(&self) -> Vec<&'static str> {
-        if self.has_pressure() { vec!["area"] } else { vec![] }
+        seal::of_bench(&self.given)
     }
 
     fn unknown(&self) -> Vec<&'static str> {
@@ -123,12 +99,7 @@ impl Experiment for Motion {
         let at = |time: &f64| ((time / record.step - 1e-6).ceil().max(0.0) as usize).min(position.len() - 1);
         let moves = |time: &f64| at(time) > 0 && position[at(time)] != position[at(time) - 1];
         let used = record.time.iter().map(moves).collect();
-        let has = |signal: &&str| record.signals.contains_key(*signal);
-        let mut driven: Signals = ["pressure", "normalForce"]
-            .into_iter()
-            .filter(has)
-            .map(|name| (name.to_owned(), record.on_grid(name)))
-            .collect();
+        let mut driven = seal::loads(record);
         driven.insert("position".to_owned(), position);
         (driven, used, notes)
     }
@@ -153,13 +124,8 @@ impl Experiment for Motion {
     }
 
     /// Adds the force of the pressure.
-    fn predict(&self, segment: &MeasuredSegment, mut outputs: Vec<Vec<f64>>, values: &Values) -> Vec<Vec<f64>> {
-        if self.has_pressure() {
-            let area = self.area(values);
-            let pressure = self.given.measured(segment, "pressure", values);
-            outputs[0].iter_mut().zip(pressure).for_each(|(force, pressure)| *force += area * pressure);
-        }
-        outputs
+    fn predict(&self, segment: &MeasuredSegment, outputs: Vec<Vec<f64>>, values: &Values) -> Vec<Vec<f64>> {
+        seal::with_pressure_force(&self.given, segment, outputs, values)
     }
 
     /// At the samples that are fitted.
@@ -168,14 +134,7 @@ impl Experiment for Motion {
         let at_samples = |course: &[f64]| interpolate(record.time.iter().copied(), &record.grid, course);
         let speed = at_samples(&gradient(&self.path(segment, values), record.step));
         let level = at_samples(&self.level(segment, values));
-        let [signal] = self.compared;
-        let offset = values.get(&format!("offset.{signal}")).copied().unwrap_or(0.0);
-        let mut force: Vec<f64> = record.of(signal).iter().map(|value| value - offset).collect();
-        if self.has_pressure() {
-            let area = self.area(values);
-            let pressure = self.given.truth("pressure", record.of("pressure").to_vec(), values);
-            force.iter_mut().zip(pressure).for_each(|(force, pressure)| *force -= area * pressure);
-        }
+        let force = seal::friction(&self.given, record, values);
         let fitted = |course: Vec<f64>| segment.fitted().map(|row| course[row]).collect();
         Some(Forces { speed: fitted(speed), force: fitted(force), level: fitted(level) })
     }

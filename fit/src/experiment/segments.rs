@@ -7,6 +7,8 @@ use crate::record::{Record, Signals};
 
 /// Fewest samples of a segment.
 const SHORTEST: usize = 10;
+/// The same of points, of which each is a motion of its own.
+const FEWEST_POINTS: usize = 2;
 
 /// Segments of a record.
 pub struct OfRecord {
@@ -32,6 +34,7 @@ pub fn segments(
     let is_whole = cuts == [0, record.time.len()];
     let (driven, used, noted) = experiment.prepare(record);
     let mut notes = noted;
+    let shortest = if experiment.is_steady() { FEWEST_POINTS } else { SHORTEST };
     let whole =
         |begin: f64, driven: &Signals| Arc::new(Whole { begin, grid: record.grid.clone(), driven: driven.clone() });
     let mut of_part = |ends: &[usize]| {
@@ -48,7 +51,7 @@ pub fn segments(
         let is_late = |time: &f64| validation >= 1.0 || (validation > 0.0 && time + begin > limit);
         let mut is_validation: Vec<bool> = part.time.iter().map(is_late).collect();
         let fitted = (0..used.len()).filter(|row| used[*row] && !is_validation[*row]).max();
-        if fitted.is_some_and(|last| last + 1 < SHORTEST) {
+        if fitted.is_some_and(|last| last + 1 < shortest) {
             // The rest of a part is too short to be run.
             is_validation.fill(true);
         }
@@ -57,7 +60,7 @@ pub fn segments(
         start.estimated.retain(|name| !is_named(name));
         (first, begin, part, driven, used, is_validation, start)
     };
-    let parts: Vec<_> = cuts.windows(2).filter(|ends| ends[1] - ends[0] >= SHORTEST).map(&mut of_part).collect();
+    let parts: Vec<_> = cuts.windows(2).filter(|ends| ends[1] - ends[0] >= shortest).map(&mut of_part).collect();
     let segment = |(first, begin, record, own, used, is_validation, start)| {
         let whole = whole(begin, &driven);
         (first, MeasuredSegment { record, driven: own, used, is_validation, begin: start, number, whole })

@@ -49,6 +49,9 @@ fn speed(facts: &Facts<'_>, record: &Record) -> Option<Vec<f64>> {
     if record.signals.contains_key("position") {
         return Some(slope(facts, record));
     }
+    if !facts.given.kind.has_time() {
+        return Some(truth(facts, record, "velocity"));
+    }
     let is_measured = record.signals.contains_key("velocity");
     is_measured.then(|| parabolas(&truth(facts, record, "velocity"), record.step, width(record)).0)
 }
@@ -104,6 +107,11 @@ impl Courses<'_> {
     }
 
     fn is_against(&self, force: &[f64]) -> bool {
+        if !self.facts.given.kind.has_time() {
+            // Friction opposes the motion at each point.
+            let all: f64 = force.iter().zip(&self.speed).map(|(force, speed)| (force * speed).abs()).sum();
+            return dot(force, &self.speed) < AGAINST * all;
+        }
         share_of_work(force, &self.speed, self.records[0].step) < AGAINST
     }
 
@@ -153,17 +161,19 @@ impl Courses<'_> {
 
     fn of_bench(&self) -> Option<Finding> {
         let kind = self.facts.given.kind.name;
-        let signal = if kind == "motion" && self.has("frictionForce") { "frictionForce" } else { "force" };
+        let signal =
+            if ["motion", "points"].contains(&kind) && self.has("frictionForce") { "frictionForce" } else { "force" };
         // The force on a seal under pressure has a part that is no friction.
         if !self.has(signal) || (signal == "force" && self.has("pressure")) {
             return None;
         }
         let force: Vec<f64> = self.records.iter().flat_map(|record| truth(self.facts, record, signal)).collect();
         self.is_against(&force).then(|| {
-            let text = format!(
-                "{signal} works against friction: it gives back more energy than it takes over a cycle; is its sign or the sign of \
-                 the motion turned?"
-            );
+            let gives = match self.facts.given.kind.has_time() {
+                true => "it gives back more energy than it takes over a cycle; is its sign or the sign of the motion turned?",
+                false => "at most points it has not the sign of the velocity; is one of both signs turned?",
+            };
+            let text = format!("{signal} works against friction: {gives}");
             Finding::doubted(signal, text, vec![Remedy::Turn { signal: signal.to_owned() }])
         })
     }

@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 
 use crate::experiment::Given;
 use crate::numerals::significant;
-use crate::record::{Signals, split, unit_of};
+use crate::record::{Signals, unit_of};
 use crate::units;
 
 pub use contradictions::contradictions;
@@ -106,7 +106,7 @@ pub fn check(facts: &Facts<'_>, source: &Source<'_>) -> Vec<Finding> {
     if found.iter().any(|finding| finding.is_refused) {
         return found;
     }
-    match split(source.name, source.signals.clone()) {
+    match facts.given.kind.records(source.name, source.signals.clone()) {
         Ok((records, _)) => found.extend(contradictions(facts, &records)),
         Err(refused) => found.push(Finding::refused("time", refused.0, vec![])),
     }

@@ -55,7 +55,9 @@ pub fn findings(facts: &Facts<'_>, source: &Source<'_>) -> Vec<Finding> {
         signals.get("time").and_then(|time| interval(facts, source, time)).into_iter().collect();
     let mut bridged = Signals::new();
     // A voltage may well be a pulse of one sample.
-    for (signal, values) in signals.iter().filter(|(signal, _)| !["time", "valveVoltage"].contains(&signal.as_str())) {
+    // Points have no samples around them.
+    let courses = signals.iter().filter(|_| facts.given.kind.has_time());
+    for (signal, values) in courses.filter(|(signal, _)| !["time", "valveVoltage"].contains(&signal.as_str())) {
         let (rows, usual) = outliers(values);
         if rows.is_empty() {
             continue;

@@ -1,9 +1,10 @@
 r"""Fit parameters of a model to measured data.
 
-Experiments: motion (a seal or a tribometer: position given, force compared), force (an axis that a measured force
-moves: position or velocity compared), mechanical (pressures given, position compared), pneumatic (position and
-voltage given, pressures compared), rig (voltage given, position and pressures compared). The exit code is 0 only if
-the fit has converged.
+Experiments: motion (a seal or a tribometer: position given, force compared), points (a table of a seal bench without
+time: velocity and load given, force of steady sliding compared), force (an axis that a measured force moves: position
+or velocity compared), mechanical (pressures given, position compared), pneumatic (position and voltage given,
+pressures compared), rig (voltage given, position and pressures compared). The exit code is 0
+only if the fit has converged.
 
 example:
   pneumatic-servo fit rig.csv --experiment rig --law Stribeck \
@@ -28,7 +29,7 @@ from pneumatic_servo.units import has_unit, written
 from pneumatic_servo.variables import Value
 
 NAME = "fit"
-EXPERIMENTS = ("motion", "force", "mechanical", "pneumatic", "rig")
+EXPERIMENTS = ("motion", "points", "force", "mechanical", "pneumatic", "rig")
 
 
 def add(parser: argparse.ArgumentParser) -> None:
@@ -163,7 +164,7 @@ def known(experiment: str, given: list[str]) -> dict[str, Value]:
             special[name] = written(text, beside[name], f"--set {word}", is_bare_allowed=True)
         else:
             others.append(word)
-    model = Model("FrictionBench" if experiment in ("motion", "force") else "PneumaticServoCylinder")
+    model = Model("FrictionBench" if experiment in ("motion", "points", "force") else "PneumaticServoCylinder")
     return {**settings_of(model, others), **special}
 
 

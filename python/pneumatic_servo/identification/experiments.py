@@ -248,6 +248,11 @@ class Experiment:
         return tuple(self.native.driving)
 
     @cached_property
+    def is_steady(self) -> bool:
+        """Whether each sample is a steady motion of its own, without time."""
+        return self.native.is_steady
+
+    @cached_property
     def outputs(self) -> list[str]:
         """The variables of the model that are recorded."""
         return self.native.outputs
@@ -343,8 +348,10 @@ def _plain(courses: Mapping[str, Array]) -> dict[str, Array]:
     return {name: plain(course) for name, course in courses.items()}
 
 
-MADE = ("native", "compared", "driving", "outputs", "beside")
+MADE = ("native", "compared", "driving", "is_steady", "outputs", "beside")
 """Attributes that are computed from the others."""
+REQUIRED = {name: tuple(required) for name, required, _, _ in _native.experiments()}
+"""For each experiment the signals that have to be measured."""
 MODELS = {name: (table, simulated) for name, _, table, simulated in _native.experiments()}
 """For each experiment the models with the known and fitted parameters and of the simulation."""
 OF_CYLINDER = frozenset(name for name, (table, _) in MODELS.items() if table != "FrictionBench")

@@ -31,6 +31,8 @@ def shown(unit: str) -> tuple[str, float]:
 def overlay(residuals: Residuals) -> Figure:
     """Draw measured and simulated signals over each other, and residuals, one pair of panels per signal."""
     signals = residuals.signals
+    if residuals.problem.experiment.is_steady:
+        return over_velocity(residuals)
     with mpl.rc_context(STYLE):
         figure = Drawing(figsize=(WIDTH, 0.6 + HEIGHT * 2 * len(signals)), layout="constrained")
         axes = figure.subplots(2 * len(signals), 1, sharex=True, squeeze=False)[:, 0]
@@ -51,10 +53,30 @@ def overlay(residuals: Residuals) -> Figure:
     return figure
 
 
+def over_velocity(residuals: Residuals) -> Figure:
+    """Draw measured and fitted points, and residuals, over the velocity."""
+    signal = residuals.signals[0]
+    (unit, factor), (pace, times) = shown(residuals.unit(signal)), shown(residuals.unit("velocity"))
+    courses = list(residuals.courses(signal))
+    measured = np.concatenate([course.measured for course in courses])
+    rest = np.concatenate([course.difference for course in courses])
+    speed = times * np.concatenate([window.record.signals["velocity"] for window in residuals.windows])
+    with mpl.rc_context(STYLE):
+        figure = Drawing(figsize=(WIDTH, 0.6 + HEIGHT * 2), layout="constrained")
+        upper, lower = figure.subplots(2, 1, sharex=True)
+        upper.plot(speed, factor * measured, "o", ms=4.0, color=GREY, label="measured")
+        upper.plot(speed, factor * (measured - rest), "x", ms=4.0, color=BLUE, label="fitted")
+        lower.plot(speed, factor * rest, "o", ms=3.0, color=VERMILION)
+        upper.set_ylabel(f"{signal} ({unit})")
+        lower.set(xlabel=f"velocity ({pace})", ylabel=f"rest ({unit})")
+        upper.legend(ncols=2, loc="best")
+    return figure
+
+
 def worst_misfit(residuals: Residuals) -> Figure | None:
-    """Draw the signal that is missed most about the place where it is, with the velocity there."""
+    """Draw the signal that is missed most about the place where it is, with the velocity there; nothing of points."""
     worst = residuals.worst()
-    if worst is None:
+    if worst is None or residuals.problem.experiment.is_steady:
         return None
     window, course = residuals.windows[worst.window], list(residuals.courses(worst.signal))[worst.window]
     record, (unit, factor) = window.record, shown(residuals.unit(worst.signal))
@@ -86,10 +108,13 @@ def against(residuals: Residuals) -> Figure:
         rest = residuals.all(signal)
         cut = slice(None, None, max(1, len(rest) // POINTS))
         (pace, by_pace), (way, by_way) = (shown(residuals.unit(name)) for name in ("velocity", "position"))
+        second_axis = f"position ({way})"
+        if residuals.problem.experiment.is_steady:
+            second_axis, by_way = "number of the point", 1.0
         first.plot(by_pace * residuals.velocity[cut], factor * rest[cut], ".", ms=1.5, color=VERMILION)
         first.set(xlabel=f"velocity ({pace})", ylabel=f"rest of {signal} ({unit})")
         second.plot(by_way * residuals.position[cut], factor * rest[cut], ".", ms=1.5, color=VERMILION)
-        second.set(xlabel=f"position ({way})")
+        second.set(xlabel=second_axis)
         white = residuals.correlation(signal)
         third.plot(np.arange(len(white)), white, color=BLUE)
         third.axhspan(-residuals.limit(signal), residuals.limit(signal), color=GREY, alpha=0.3)

@@ -18,7 +18,7 @@ from pneumatic_servo.identification import recorder
 from pneumatic_servo.identification.condition_prediction import USUAL
 from pneumatic_servo.identification.conditions import Condition, conditions
 from pneumatic_servo.identification.cross_validation import cross_validate as cross_validate_by
-from pneumatic_servo.identification.experiments import EXPERIMENTS, INPUTS, Experiment, Options
+from pneumatic_servo.identification.experiments import EXPERIMENTS, INPUTS, REQUIRED, Experiment, Options
 from pneumatic_servo.identification.fitted import Estimate
 from pneumatic_servo.identification.intervals import Certainty, certainty
 from pneumatic_servo.identification.parameters import Free, auxiliary, named_by, parse, split, unit_of, usual, words_of
@@ -49,9 +49,12 @@ OF_SENSORS = {
 """Known properties of sensors, with their SI units."""
 OF_BENCH = {
     "motion": {"area": "m2", "friction.kappaA": "1/Pa", "friction.direction.factor": "1"},
+    "points": {"area": "m2", "friction.kappaA": "1/Pa", "friction.direction.factor": "1"},
     "force": {"incline": "rad", "spring": "N/m", "springRest": "m", "friction.direction.factor": "1"},
 }
 """Properties of a test bench that its model does not have."""
+LEAST, LEAST_POINTS = 5, 2
+"""Samples, and points of steady motions of their own, for each parameter."""
 STEP_OF_TIES = 1e-6
 """Step, as the search sees a parameter, that tells how what is tied to it moves."""
 MOST_LAW_ERROR = 2.0
@@ -98,7 +101,8 @@ def fit(
         Tables in files (CSV, Parquet, MATLAB) or of pandas, runs, or signals by name in SI units with ``time`` among
         them.
     experiment : str
-        ``motion``: the motion is prescribed, a force is compared. ``force``: a force is given that moves a free mass,
+        ``motion``: the motion is prescribed, a force is compared. ``points``: velocity and load of each row are given
+        without ``time``, the force of steady sliding is compared. ``force``: a force is given that moves a free mass,
         position or velocity or both are compared. ``mechanical``: pressures are given, the position
         is compared. ``pneumatic``: position and voltage are given, the pressures are compared. ``rig``: the voltage is
         given, position and pressures are compared.
@@ -262,10 +266,11 @@ def _fit(
     check_names(experiment, law)
     table, beside = EXPERIMENTS[experiment](law, {}, Options()).table, units_beside(experiment, SLIDING)
     fit = words_of(fit, lambda name: beside.get(name) or unit_of(table, name))
-    read = columns_of(columns, SIGNALS) if columns is not None else None
-    sources = _read(data, read, encoding)
+    required = REQUIRED[experiment]
+    read = columns_of(columns, SIGNALS, has_time="time" in required) if columns is not None else None
+    sources = _read(data, read, encoding, required)
     is_extra = isinstance(validation_data, Mapping) or hasattr(validation_data, "iloc") or bool(validation_data)
-    extra_sources = _read(validation_data, read, encoding) if is_extra else []
+    extra_sources = _read(validation_data, read, encoding, required) if is_extra else []
     _tell_twice(sources, extra_sources)
     kind = make_experiment(
         experiment, law, settings, options, _units(experiment, sources + extra_sources, settings, fit)
@@ -421,7 +426,7 @@ def free_parameters(experiment: Experiment, given: str | Sequence[str] | Mapping
     """Return the estimated parameters."""
     words = words_of(given, lambda name: unit_of(experiment.table, name))
     if not words:
-        every = [*usual(experiment.law, experiment.table, experiment.settings), *experiment.unknown]
+        every = [*usual(experiment.name, experiment.law, experiment.table, experiment.settings), *experiment.unknown]
         words = [name for name in every if name not in experiment.settings]
     tied = [word for word in words if is_expression(word.partition("=")[2], quoted("fit", word))]
     ties = [_tie(word, experiment) for word in tied]
@@ -478,11 +483,15 @@ def _check_ties(ties: Sequence[Tie], free: Sequence[str], experiment: Experiment
         known.add(tie.name)
 
 
-def _read(data: Any, columns: Mapping[str, Column] | None, encoding: str | None) -> list[Measured]:
+def _read(
+    data: Any, columns: Mapping[str, Column] | None, encoding: str | None, required: Sequence[str]
+) -> list[Measured]:
     sources = listed(data)
     if not len(sources):
         raise ValueError("there are no data")
-    return [measured(number, source, columns, encoding) for number, source in enumerate(sources, start=1)]
+    return [
+        measured(number, source, columns, encoding, required=required) for number, source in enumerate(sources, start=1)
+    ]
 
 
 def _tell_twice(sources: Sequence[Measured], extra: Sequence[Measured]) -> None:
@@ -507,8 +516,11 @@ def _is_same(one: Measured, other: Measured) -> bool:
 
 def _load(experiment: Experiment, sources: list[Measured], loss: str) -> tuple[list[Record], list[str]]:
     experiment.use(set.intersection(*(set(source.signals) for source in sources)))
-    records, notes = load(sources)
+    has_time = not experiment.is_steady
+    records, notes = load(sources, has_time=has_time)
     sources, mended = checked(experiment, sources, loss)
+    if not has_time:
+        return records, notes
     if mended:
         records, notes = load(sources)
     recorded = [note for source in sources for note in recorder.check(source, experiment.units)]
@@ -530,7 +542,7 @@ def _check_size(problem: Problem) -> None:
             )
     samples = sum(window.fitted for window in problem.windows)
     count = samples * len(problem.experiment.compared)
-    if count < 5 * len(problem.free):
+    if count < (LEAST_POINTS if problem.experiment.is_steady else LEAST) * len(problem.free):
         raise ValueError(f"too short: {count} samples to compare for {len(problem.free)} free parameters")
 
 

@@ -82,7 +82,8 @@ class FreeForm:
 
 def free_form(fit: Fitted, residuals: Residuals) -> FreeForm | None:
     """Return the residual of free curves; nothing where the data alone do not give friction, or only its noise."""
-    samples = _samples(fit, residuals)
+    # Points are no stretches of time, which a curve could be tested on.
+    samples = None if fit.problem.experiment.is_steady else _samples(fit, residuals)
     if samples is None:
         return None
     speed, place, level, friction, rest = samples

@@ -26,6 +26,13 @@ def kinds(problem: Problem) -> dict[str, list[Mask]]:
     found: dict[str, list[Mask]] = {}
     speeds = [measured_speed(window.record) for window in problem.windows]
     fast = fastest(np.concatenate(speeds))
+    if problem.experiment.is_steady:
+        slow = [np.abs(speed) < SLOW * fast for speed in speeds]
+        pairs = [(inside, window.used) for inside, window in zip(slow, problem.windows, strict=True)]
+        return {
+            "in slow motion": [inside & used for inside, used in pairs],
+            "in fast motion": [~inside & used for inside, used in pairs],
+        }
     for window, speed in zip(problem.windows, speeds, strict=True):
         around = max(1, 2 * round(NEAR / window.record.step) + 1)
         still = np.abs(speed) < REST * fast

@@ -225,7 +225,7 @@ def _free(
     table = make_experiment(experiment, law, settings, Options(), told_units(experiment, [], settings)).table
     words = [words_of(given, lambda name: unit_of(table, name)) for given in (own, common)]
     named = {named_by(word) for word in words[1]}
-    chosen = words[0] or [name for name in usual(law, table, settings) if name not in named]
+    chosen = words[0] or [name for name in usual(experiment, law, table, settings) if name not in named]
     return [word for word in [*chosen, *words[1]] if named_by(word) not in {*settings, *of_others}]
 
 

@@ -237,13 +237,14 @@ def group_of(law: str, model: Model) -> str:
     return next(own, "").rpartition(".")[0]
 
 
-def usual(law: str, model: Model, settings: Mapping[str, Value]) -> list[str]:
+def usual(experiment: str, law: str, model: Model, settings: Mapping[str, Value]) -> list[str]:
     """Return the parameters of a law that a fit usually frees: forces, stiffnesses, dampings, velocities and lengths.
 
     Of the elements those that there are; of Table the forces; of GMS their shares too, which make its levels; of Dahl
     and Leuven the exponent that says how sharply presliding ends. The rate of GMS, the speed below which a film
     of lubricant is at rest, and forces and coefficients that are 0 by default, without effect, stay as they are.
+    Of points only those that friction of a steady motion depends on.
     """
     group_of(law, model)
     known = {name: float(value) for name, value in settings.items() if isinstance(value, float | int)}
-    return _native.usual_parameters(model._native, model.parameters["friction.law"].ids[law], known)
+    return _native.usual_parameters(experiment, model._native, model.parameters["friction.law"].ids[law], known)

@@ -122,7 +122,8 @@ def assumed(experiment: Experiment, free: Sequence[str]) -> list[str]:
             f"{quoted('settings')}, for example supplyPressure = 6 bar"
         )
     # Its default is another form of the law than the first publication's.
-    law = (DAMPING_SPEED,) if experiment.law == "LuGre" and experiment.name != "pneumatic" else ()
+    acts = experiment.name != "pneumatic" and not experiment.is_steady
+    law = (DAMPING_SPEED,) if experiment.law == "LuGre" and acts else ()
     names = [name for name in (*experiment.native.machine, *law) if name not in {*known, "supplyPressure"}]
     if not names:
         return []

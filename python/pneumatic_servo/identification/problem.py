@@ -88,9 +88,7 @@ class Problem:
         for record in [*records, *extra]:
             share = 1.0 if any(record is other for other in extra) else validation
             windows += experiment.windows(record, share, named)
-        courses = {signal: [window.record.signals[signal] for window in windows] for signal in experiment.compared}
-        sensors = {signal: Sensor.of(measured) for signal, measured in courses.items()}
-        return Problem(experiment, tuple(windows), tuple(free), sensors)
+        return Problem(experiment, tuple(windows), tuple(free), sensors_of(experiment, windows))
 
     def __getstate__(self) -> dict[str, Any]:
         """Return what is sent to other processes."""
@@ -258,6 +256,12 @@ class Problem:
         """Return what may be a cause of residuals: settings, properties of sensors, choices, and whether a clock."""
         tied = [tie.name for tie in self.experiment.ties]
         return self.experiment.native.suspects([*(free.name for free in self.free), *tied])
+
+
+def sensors_of(experiment: Experiment, windows: Sequence[Window]) -> dict[str, Sensor]:
+    """Return the sensor of each compared signal, with the noise that the data show."""
+    found = experiment.native.sensors_of([window.native for window in windows])
+    return {signal: Sensor(*numbers) for signal, numbers in zip(experiment.compared, found, strict=True)}
 
 
 def check_jac(jac: str) -> None:

@@ -12,7 +12,7 @@ from scipy.ndimage import uniform_filter1d
 
 from pneumatic_servo.identification.fitted import Fitted
 from pneumatic_servo.identification.kinds import Mask, kinds
-from pneumatic_servo.identification.sensor import Sensor
+from pneumatic_servo.identification.problem import sensors_of
 
 Array = NDArray[np.float64]
 
@@ -60,7 +60,7 @@ class Residuals:
 
     def noise(self, signal: str) -> float:
         """Return the noise of a signal, estimated from its data, with the quantisation noise of its converter."""
-        sensor = Sensor.of([course.measured for course in self.courses(signal)])
+        sensor = sensors_of(self.problem.experiment, self.windows)[signal]
         return float(np.hypot(sensor.noise, sensor.step / np.sqrt(12.0)))
 
     def courses(self, signal: str) -> Iterator[Course]:

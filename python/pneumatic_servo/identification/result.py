@@ -191,6 +191,11 @@ class Fit(Fitted):
             When the solver cannot go on.
         """
         problem, model = self.problem, self.problem.experiment.simulated
+        if problem.experiment.is_steady:
+            raise ValueError(
+                "simulate is refused: points have no course over time; Model.simulate(found.settings, ...) makes a run "
+                "of the fitted law"
+            )
         count = len(problem.windows)
         if not 0 <= checks.whole_number("segment", segment, least=0) < count:
             raise ValueError(f"segment = {segment} is refused: the data have {count} stretches, numbered from 0")

@@ -49,13 +49,25 @@ class Measured:
     stated: Mapping[str, tuple[str, str]] = field(default_factory=dict)
 
 
+EXAMPLES = ("velocity=v[mm/s],frictionForce=F[N]", "time=t,position=x[mm]")
+"""Columns of points, and of a course over time."""
 LONG, FINE = 200_000, 1e-3
 """Samples from which on a record is thinned, to intervals in s that show how a carriage breaks away."""
 
 
-def measured(number: int, source: Any, columns: Mapping[str, Column] | None, encoding: str | None = None) -> Measured:
-    """Return the signals of a source; a long one that is finer than 1 ms is thinned, which a warning tells."""
-    found = _measured(number, source, columns, encoding)
+def measured(
+    number: int,
+    source: Any,
+    columns: Mapping[str, Column] | None,
+    encoding: str | None = None,
+    *,
+    required: Sequence[str] = ("time",),
+) -> Measured:
+    """Return the signals of a source; a long one that is finer than 1 ms is thinned, which a warning tells.
+
+    `required` are the signals of the experiment, of which ``time`` makes its tables courses over time.
+    """
+    found = _measured(number, source, columns, encoding, required)
     time = found.signals["time"] if "time" in found.signals else np.empty(0)
     if len(time) <= LONG:
         return found
@@ -70,14 +82,16 @@ def measured(number: int, source: Any, columns: Mapping[str, Column] | None, enc
     return replace(found, signals=thinned, where=lambda signal, row: found.where(signal, row * every))
 
 
-def _measured(number: int, source: Any, columns: Mapping[str, Column] | None, encoding: str | None) -> Measured:
+def _measured(
+    number: int, source: Any, columns: Mapping[str, Column] | None, encoding: str | None, required: Sequence[str]
+) -> Measured:
     """Return the signals of a file, a table of pandas, a run, or a mapping of arrays."""
     if isinstance(source, Run):
         return _of_run(number, source)
     if isinstance(source, str | Path):
-        return _of_table(read_table(source, encoding), Path(source).name, columns)
+        return _of_table(read_table(source, encoding), Path(source).name, columns, required)
     if (table := table_of(source, f"record {number}")) is not None:
-        return _of_table(table, f"record {number}", columns)
+        return _of_table(table, f"record {number}", columns, required)
     if isinstance(source, Mapping):
         return _of_mapping(number, source, columns)
     raise TypeError(
@@ -141,10 +155,10 @@ def _numbers(name: str, values: Any) -> Array:
         raise ValueError(f"{name} is refused: it must be numbers; {error}") from None
 
 
-def _of_table(table: Table, name: str, columns: Mapping[str, Column] | None) -> Measured:
+def _of_table(table: Table, name: str, columns: Mapping[str, Column] | None, required: Sequence[str]) -> Measured:
     found = {
         signal: column.place(signal, table)
-        for signal, column in (_by_name(table) if columns is None else columns).items()
+        for signal, column in (_by_name(table, required) if columns is None else columns).items()
     }
     for signal, (_, column) in found.items():
         _check_unit(signal, column)
@@ -177,12 +191,13 @@ def _of_table(table: Table, name: str, columns: Mapping[str, Column] | None) -> 
     return Measured(name, signals, lambda signal, row: table.where(row, places[signal]), written, stated)
 
 
-def _by_name(table: Table) -> dict[str, Column]:
+def _by_name(table: Table, required: Sequence[str]) -> dict[str, Column]:
     """Return the columns that have the names of signals; without any, those with usual ones, which a warning tells."""
     found = {name: Column(name, None) for name in table.names if name in SIGNALS}
-    if found.keys() <= {"time"}:
+    first = required[0]
+    if found.keys() <= {first}:
         usual = _native.proposed_columns(table.names, table.units, list(SIGNALS))
-        if len(usual) > 1 and "time" in [signal for signal, *_ in usual]:
+        if len(usual) > 1 and first in [signal for signal, *_ in usual]:
             told = ", ".join(f"{table.header[place]} for {signal}" for signal, place, _ in usual)
             warn(
                 f"{table.file}:{table.first}: by their names columns are taken, {told}; {quoted('columns')} says others"
@@ -192,11 +207,11 @@ def _by_name(table: Table) -> dict[str, Column]:
                 signal: Column(table.names[place], None if unit == table.units[place] else unit)
                 for signal, place, unit in usual
             }
-    if "time" not in found:
+    if first not in found:
         there = ", ".join(table.header)
         raise ValueError(
-            f"{table.file}:{table.first}: there is no column `time`, only {there}; {quoted('columns')} says "
-            "which column is which signal, for example time=t,position=x[mm]"
+            f"{table.file}:{table.first}: there is no column `{first}`, only {there}; {quoted('columns')} "
+            f"says which column is which signal, for example {EXAMPLES[first == 'time']}"
         )
     return found
 

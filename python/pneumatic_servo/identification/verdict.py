@@ -132,6 +132,10 @@ def _worst_place(residuals: Residuals) -> Iterator[Finding]:
     worst = residuals.worst()
     if worst is not None and worst.size > LARGE:
         record = residuals.windows[worst.window].record
+        if residuals.problem.experiment.is_steady:
+            speed = f"{record.signals['velocity'][worst.sample]:.4g} {residuals.unit('velocity')}"
+            yield Finding("green", f"The residual of {worst.signal} is largest at {speed} of {record.name}.")
+            return
         time = record.begin + record.time[worst.sample]
         yield Finding("green", f"The residual of {worst.signal} is largest at {time:.4g} s of {record.name}.")
 
