@@ -1,6 +1,6 @@
 //! A sensor: how likely its readings are if a simulation is true.
 
-use crate::arrays::{extremes, line, median, rms};
+use crate::arrays::{differences, extremes, line, mean, median, rms};
 use crate::distributions::log_normal;
 use crate::smoothing::noise;
 
@@ -14,6 +14,11 @@ const LEAST: f64 = 1e-12;
 const ON_LATTICE: f64 = 0.1;
 /// Levels of a converter for each one that occurs, beyond which its step has no effect.
 const SPARSE: f64 = 10.0;
+/// Relative difference of places up to which a point is repeated, and repetitions without which their scatter is no noise.
+const REPEATED: f64 = 0.01;
+const REPEATS: usize = 4;
+/// Points below which third differences are too few for a noise.
+const FEW: usize = 12;
 /// Relative accuracy of a noise.
 const EXACTNESS: f64 = 0.01;
 
@@ -43,6 +48,34 @@ impl Sensor {
         let estimates: Vec<f64> = courses.iter().map(|course| noise(course)).collect();
         let noise = median(&estimates).max(1e-9 * magnitude).max(LEAST);
         Self { noise, step: converter(&courses.concat()), is_coarse: false }
+    }
+
+    /// The same from points: where they are, and what is read there.
+    ///
+    /// The noise is the scatter of repeated points. Without them it is taken from points in the order of where they are, where a
+    /// smooth curve hardly changes from one to the next.
+    pub fn of_points(mut points: Vec<(Vec<f64>, f64)>) -> Self {
+        let mut groups = Vec::new();
+        grouped(&mut points, 0, &mut groups);
+        let (mut squares, mut freedom) = (0.0, 0);
+        for group in &groups {
+            let middle = mean(group);
+            squares += group.iter().map(|reading| (reading - middle) * (reading - middle)).sum::<f64>();
+            freedom += group.len() - 1;
+        }
+        let readings: Vec<f64> = groups.concat();
+        let (low, high) = extremes(&readings);
+        let step = converter(&readings);
+        let noise = if freedom >= REPEATS {
+            (squares / freedom as f64).sqrt()
+        } else if readings.len() >= FEW {
+            noise(&readings)
+        } else {
+            rms(&differences(&readings)) / 2f64.sqrt()
+        };
+        // Rounding makes repeated readings alike.
+        let least = (1e-9 * low.abs().max(high.abs())).max(step / 12f64.sqrt()).max(LEAST);
+        Self { noise: noise.max(least), step, is_coarse: false }
     }
 
     /// Standard deviation of noise and rounding together.
@@ -140,6 +173,20 @@ impl Sensor {
     }
 }
 
+/// Readings of repeated points, group by group in the order of where they are: by the coordinates from one on.
+fn grouped(points: &mut [(Vec<f64>, f64)], coordinate: usize, groups: &mut Vec<Vec<f64>>) {
+    if points.first().is_none_or(|(place, _)| place.len() == coordinate) {
+        groups.push(points.iter().map(|(_, reading)| *reading).collect());
+        return;
+    }
+    points.sort_by(|(one, _), (other, _)| one[coordinate].total_cmp(&other[coordinate]));
+    let is_repeated = |(one, _): &(Vec<f64>, f64), (other, _): &(Vec<f64>, f64)| {
+        let [one, other] = [one[coordinate], other[coordinate]];
+        (one - other).abs() <= REPEATED * one.abs().max(other.abs())
+    };
+    points.chunk_by_mut(is_repeated).for_each(|own| grouped(own, coordinate + 1, groups));
+}
+
 /// 1, -1, or 0 for 0.
 fn sign(value: f64) -> f64 {
     if value == 0.0 { 0.0 } else { value.signum() }
@@ -234,6 +281,25 @@ mod tests {
         }
         let scores: Vec<f64> = rounded(0.03, 0.1).iter().map(|d| sensor.weighted_score(*d)).collect();
         assert!((rms(&scores) - 1.0).abs() < 0.05, "{}", rms(&scores));
+    }
+
+    /// Each of 40 points twice, in any order and at a load that varies a little, of a curve that is steeper than the noise; or once.
+    #[test]
+    fn repeated_points_tell_their_noise() {
+        let mut state = 5;
+        let mut points = |repeats: u32| -> Vec<(Vec<f64>, f64)> {
+            let mut one = |row: u32| {
+                let place = f64::from(row * 17 % 40) - 20.0;
+                (vec![1e5 + 10.0 * f64::from(row), 1.001 * place], place * place + 0.1 * random::normal(&mut state))
+            };
+            (0..40 * repeats).map(&mut one).collect()
+        };
+        let repeated = Sensor::of_points(points(2));
+        assert!((repeated.noise / 0.1 - 1.0).abs() < 0.35, "{}", repeated.noise);
+        let single = Sensor::of_points(points(1));
+        assert!((0.5..2.0).contains(&(single.noise / 0.1)), "{}", single.noise);
+        let exact = Sensor::of_points((0..8).map(|row| (vec![f64::from(row / 2)], 7.5)).collect());
+        assert!((exact.noise / 7.5e-9 - 1.0).abs() < 1e-12, "{}", exact.noise);
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::arrays::{differences, extremes, mean, rms};
+use crate::arrays::mean;
 use crate::experiment::{self, Experiment, Given, MeasuredSegment, Options, of_kind};
 use crate::expression::Tie;
 use crate::parameter::{Parameter, Values};
@@ -12,13 +12,6 @@ use crate::refused::Refused;
 use crate::runs::{Runs, WORK};
 use crate::sensor::Sensor;
 use crate::simulation::{Simulation, Workers};
-
-/// Relative difference of velocities and loads up to which a point is repeated.
-const REPEATED: f64 = 0.01;
-/// Repetitions without which the scatter of repeated points is no noise.
-const REPEATS: usize = 4;
-/// Points below which third differences are too few for a noise.
-const FEW: usize = 12;
 
 /// A record, and what is left out of its fit.
 #[derive(Clone, Debug, PartialEq)]
@@ -224,38 +217,14 @@ pub fn sensors(experiment: &dyn Experiment, segments: &[MeasuredSegment]) -> Vec
     experiment.compared().iter().map(of).collect()
 }
 
-/// The sensor of a signal of points: its noise is the scatter of repeated points, or else of points in the order of load and
-/// velocity, where friction of a smooth law hardly changes from one to the next.
+/// The sensor of a signal of points, from all that are used.
 fn of_points(experiment: &dyn Experiment, segments: &[MeasuredSegment], signal: &str) -> Sensor {
     let driving = experiment.driving();
     let mut points: Vec<(Vec<f64>, f64)> = Vec::new();
     for MeasuredSegment { record, used, .. } in segments {
-        // The velocity comes first among the signals that drive, and last in the order.
+        // The velocity comes first among the signals that drive, and last in the order of the points.
         let at = |row: usize| driving.iter().rev().map(|driving| record.of(driving)[row]).collect();
         points.extend((0..used.len()).filter(|row| used[*row]).map(|row| (at(row), record.of(signal)[row])));
     }
-    points.sort_by(|(one, _), (other, _)| one.partial_cmp(other).expect("finite numbers"));
-    let is_repeated = |(one, _): &(Vec<f64>, f64), (other, _): &(Vec<f64>, f64)| {
-        one.iter().zip(other).all(|(one, other)| (one - other).abs() <= REPEATED * one.abs().max(other.abs()))
-    };
-    let (mut squares, mut freedom) = (0.0, 0);
-    for group in points.chunk_by(is_repeated) {
-        let values: Vec<f64> = group.iter().map(|(_, value)| *value).collect();
-        let middle = mean(&values);
-        squares += values.iter().map(|value| (value - middle) * (value - middle)).sum::<f64>();
-        freedom += values.len() - 1;
-    }
-    let values: Vec<f64> = points.into_iter().map(|(_, value)| value).collect();
-    let whole = Sensor::of(&[&values]);
-    // Rounding to the step of a converter makes repeated points alike.
-    let rounding = whole.step / 12f64.sqrt();
-    let noise = if freedom >= REPEATS {
-        (squares / freedom as f64).sqrt()
-    } else if values.len() < FEW {
-        rms(&differences(&values)) / 2f64.sqrt()
-    } else {
-        whole.noise
-    };
-    let least = Sensor::of(&[&[extremes(&values).1]]).noise;
-    Sensor { noise: noise.max(rounding).max(least), ..whole }
+    Sensor::of_points(points)
 }

@@ -182,8 +182,8 @@ def test_mistakes_are_refused_by_name(tmp_path: Path) -> None:
     refused("too short: 7 samples.* 4 ", {name: values[:7] for name, values in data.items()})
     refused("law = Polito is refused: it has one curve for rising", data, "Polito")
     refused("law = Bristle is refused: its bonds break", data, "Bristle")
-    refused("segment is refused: experiment .*points.* has no course", data, segment=0.5)
-    refused("inputs is refused: experiment .*points.* has no course", data, inputs="lines")
+    refused("segment is refused: experiment=.points. has no course", data, segment=0.5)
+    refused("inputs is refused: experiment=.points. has no course", data, inputs="lines")
     refused("frictionForce = 8 N all the time", {**data, "frictionForce": np.full(len(speed), 8.0)})
     refused("delay.velocity", data, fit=["friction.stribeck.Fc", "delay.velocity"])
     refused("area needs the columns force and pressure", data, fit=["area"])
@@ -193,7 +193,8 @@ def test_mistakes_are_refused_by_name(tmp_path: Path) -> None:
     none = tmp_path / "none.csv"
     none.write_text("a,b\n" + "1,2\n" * 9, encoding="utf-8")
     refused(r"there is no column `velocity`, only a, b; .*velocity=v\[mm/s\]", none)
-    with pytest.warns(ps.PlantWarning, match="frictionForce works against friction"):
+    badly = pytest.warns(ps.PlantWarning, match="the fitted model does not describe frictionForce")
+    with badly, pytest.warns(ps.PlantWarning, match="frictionForce works against friction"):
         of_points({**data, "frictionForce": -force}, starts=0)
 
 

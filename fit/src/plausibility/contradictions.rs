@@ -23,7 +23,9 @@ const INTERVALS: f64 = 5.0;
 
 /// Findings about the signals of records beside one another: velocities, chambers and signs.
 pub fn contradictions(facts: &Facts<'_>, records: &[Record]) -> Vec<Finding> {
-    if let Some(finding) = velocity(facts, records) {
+    if facts.given.kind.has_time()
+        && let Some(finding) = velocity(facts, records)
+    {
         return vec![finding];
     }
     let speeds: Option<Vec<Vec<f64>>> = records.iter().map(|record| speed(facts, record)).collect();
