@@ -32,8 +32,8 @@ impl Calibration {
         let (readings, quantities) = text.split_once('=').ok_or_else(|| refused(&form()))?;
         let (readings, reading) = range(readings).ok_or_else(|| refused(&form()))?;
         let (quantities, unit) = range(quantities).ok_or_else(|| refused(&form()))?;
-        let is_reading = |si: &&str| units_of(si).any(|unit| unit.name == reading);
-        if !(reading.is_empty() || reading == "%" || READINGS.iter().any(|si| is_reading(&si))) {
+        let is_reading = |si: &str| units_of(si).any(|unit| unit.name == reading);
+        if !(reading.is_empty() || reading == "%" || READINGS.iter().any(|si| is_reading(si))) {
             let problem = format!("readings are in V, mV, A, mA, % or, without a unit, in counts, not in {reading}");
             return Err(refused(&problem));
         }

@@ -15,7 +15,7 @@ const POINTS: f64 = 11.0;
 /// SI units of stiffnesses and lengths before sliding.
 const PRESLIDING: [&str; 3] = ["N/m", "1/m", "m"];
 /// Ends of the names of further parameters of presliding and of bristles, which friction of a steady motion is free of.
-const TRANSIENT: [&str; 6] = ["lugre.vd", "revisedLuGre.vd", ".sigma1", ".n", "leuven.f1", "elastoPlastic.vd"];
+const TRANSIENT: [&str; 5] = ["lugre.vd", "revisedLuGre.vd", ".sigma1", ".n", "leuven.f1"];
 
 /// Whether friction of a steady motion depends on a parameter of a law that a fit usually estimates.
 pub fn acts_on_steady_motion(model: &Model, name: &str) -> bool {
