@@ -138,8 +138,22 @@ fn run(workspace: &Workspace) -> Result<()> {
 const FEATURES: [&str; 2] = ["--features", "importer/fmi,benchmark/calls"];
 
 /// Tests in Python that start programs: they run beside the others, and take half of the time of all.
-const PROGRAMS: [&str; 7] =
-    ["examples", "pages", "studies", "system_studies", "package_cli", "package_cli_options", "package_executors"];
+const PROGRAMS: [&str; 14] = [
+    "examples",
+    "export",
+    "export_hosts",
+    "hosts",
+    "own",
+    "own_laws",
+    "package_cli",
+    "package_cli_options",
+    "package_executors",
+    "package_wheel",
+    "pages",
+    "strict_host",
+    "studies",
+    "system_studies",
+];
 
 /// Runs checks in the repository.
 struct Checks<'a> {
