@@ -93,12 +93,14 @@ pub fn split(name: &str, mut signals: Signals) -> Result<(Vec<Record>, Vec<Strin
         if values.len() != time.len() {
             return Err(Refused(format!("{name}: {signal} has {} samples, time {}", values.len(), time.len())));
         }
+        check_finite(name, signal, values, "sample")?;
     }
+    check_finite(name, "time", &time, "sample")?;
     if time.len() < 2 {
         return Err(Refused(format!("{name}: too short, a single sample; at least {SHORTEST} are needed")));
     }
     let intervals = differences(&time);
-    if let Some(row) = intervals.iter().position(|interval| interval.is_nan() || *interval <= 0.0) {
+    if let Some(row) = intervals.iter().position(|interval| *interval <= 0.0) {
         return Err(Refused(format!("{name}: time must rise, but {} s follows {} s", time[row + 1], time[row])));
     }
     let long = (GAP * median(&intervals)).max(LOST);
@@ -119,9 +121,7 @@ pub fn split(name: &str, mut signals: Signals) -> Result<(Vec<Record>, Vec<Strin
         1 => vec![],
         _ => vec![format!("split at {} gaps, {} pieces too short to use", number - 1, number - used.len())],
     };
-    let records: Vec<Record> = used.into_iter().map(|(first, last)| whole.part(first, last)).collect();
-    check_motion(&records)?;
-    Ok((records, notes))
+    Ok((used.into_iter().map(|(first, last)| whole.part(first, last)).collect(), notes))
 }
 
 /// Points without a time as a record, whose times number them.
@@ -135,10 +135,7 @@ pub fn points(name: &str, signals: Signals) -> Result<Record, Refused> {
         if values.len() != number {
             return Err(Refused(format!("{name}: {signal} has {} points, velocity {number}", values.len())));
         }
-        if let Some(place) = values.iter().position(|value| !value.is_finite()) {
-            let value = values[place];
-            return Err(Refused(format!("{name}: {signal} is {value} at point {place}; correct or remove the row")));
-        }
+        check_finite(name, signal, values, "point")?;
     }
     if number < FEWEST_POINTS {
         return Err(Refused(format!("{name}: too few points, {number}; at least {FEWEST_POINTS} are needed")));
@@ -151,8 +148,17 @@ pub fn points(name: &str, signals: Signals) -> Result<Record, Refused> {
     Ok(Record::new((0..number).map(|place| place as f64).collect(), 0.0, signals))
 }
 
-/// Refuses a motion that never changes.
-fn check_motion(records: &[Record]) -> Result<(), Refused> {
+/// Refuses values that are no numbers.
+fn check_finite(name: &str, signal: &str, values: &[f64], row: &str) -> Result<(), Refused> {
+    let Some(place) = values.iter().position(|value| !value.is_finite()) else { return Ok(()) };
+    Err(Refused(format!("{name}: {signal} is {} at {row} {place}; correct or remove the row", values[place])))
+}
+
+/// Refuses a motion that never changes in any of the records.
+///
+/// # Errors
+/// [`Refused`].
+pub fn check_motion(records: &[Record]) -> Result<(), Refused> {
     for signal in ["position", "velocity"] {
         let mut courses = records.iter().filter_map(|record| record.signals.get(signal)).peekable();
         if courses.peek().is_some() && courses.all(|course| span(course) == 0.0) {
@@ -187,14 +193,23 @@ mod tests {
     }
 
     #[test]
+    fn samples_that_were_lost_do_not_split_a_record() {
+        let time: Vec<f64> = (0..1000).filter(|k| !(400..403).contains(k)).map(|k| 1e-3 * f64::from(k)).collect();
+        let (records, notes) = split("rig.csv", signals(time)).expect("a record");
+        assert_eq!((records.len(), records[0].time.len(), notes.len()), (1, 997, 0));
+    }
+
+    #[test]
     fn data_of_which_nothing_can_be_learned_are_refused() {
         let refused = |time: Vec<f64>, of: fn(f64) -> f64| {
             let mut data = signals(time);
             data.get_mut("position").expect("a position").iter_mut().for_each(|value| *value = of(*value));
-            split("rig.csv", data).expect_err("a refusal").0
+            let records = split("rig.csv", data).and_then(|(records, _)| check_motion(&records));
+            records.expect_err("a refusal").0
         };
         let rise: Vec<f64> = (0..100).map(|k| 0.01 * f64::from(k)).collect();
         assert!(refused(rise[..20].to_vec(), |x| x).contains("too short, 20 samples"));
+        assert!(refused(rise.clone(), |x| if x > 0.5 { f64::NAN } else { x }).contains("position is NaN at sample 53"));
         assert!(refused(rise.clone(), |_| 1.0).contains("position never changes"));
         assert!(refused(rise.iter().rev().copied().collect(), |x| x).contains("time must rise"));
     }

@@ -14,7 +14,7 @@ use pneumatic_servo_fit::experiment::{
 };
 use pneumatic_servo_fit::parameter::Values;
 use pneumatic_servo_fit::plausibility::{self, Facts, Finding, Remedy, Source, Written};
-use pneumatic_servo_fit::record::{Record, Signals};
+use pneumatic_servo_fit::record::{self, Record, Signals};
 use pneumatic_servo_fit::sensor::Sensor;
 use pneumatic_servo_fit::study;
 use pyo3::prelude::*;
@@ -32,6 +32,8 @@ type Courses<'py> = BTreeMap<String, Read<'py>>;
 type Made<'py> = BTreeMap<String, Array<'py>>;
 /// Times in s, time of the table that is 0, and signals.
 pub type Measured<'py> = (Read<'py>, f64, Courses<'py>);
+/// The same for Python.
+type Split<'py> = (Array<'py>, f64, Made<'py>);
 /// Load factor 1 in N, width in s, play in m, length in s, course of inputs, and whether forces are smoothed.
 type Chosen = (f64, f64, Option<f64>, Option<f64>, Option<String>, Option<bool>);
 /// First sample, signals made ready, compared samples, validation data, start values, and names of the estimated ones.
@@ -48,6 +50,7 @@ type Found = (String, Vec<Remedied>, bool);
 pub fn fill(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<Experiment>()?;
     module.add_class::<Segment>()?;
+    module.add_function(wrap_pyfunction!(check_motion, module)?)?;
     module.add_function(wrap_pyfunction!(experiments, module)?)?;
     module.add_function(wrap_pyfunction!(outliers, module)?)?;
     module.add_function(wrap_pyfunction!(usual_parameters, module)?)
@@ -142,6 +145,18 @@ impl Experiment {
     #[getter]
     fn is_steady(&self) -> bool {
         self.inner.is_steady()
+    }
+
+    /// Signals of a table as records without gaps, or of points as one record, and notes on omitted parts.
+    fn split<'py>(
+        &self,
+        py: Python<'py>,
+        name: &str,
+        signals: Courses<'py>,
+    ) -> PyResult<(Vec<Split<'py>>, Vec<String>)> {
+        let (records, notes) = self.inner.given().kind.split(name, plain(&signals)).map_err(|why| refused(why.0))?;
+        let one = |record: Record| (array(py, record.time), record.begin, made(py, record.signals));
+        Ok((records.into_iter().map(one).collect(), notes))
     }
 
     /// Noise, step of the converter, and whether readings are ranges, of the sensor of each compared signal, as segments tell them.
@@ -296,16 +311,20 @@ impl Segment {
     fn __reduce__<'py>(
         &self,
         py: Python<'py>,
-    ) -> (
-        Bound<'py, PyAny>,
-        ((Array<'py>, f64, Made<'py>), Made<'py>, Flags<'py>, Flags<'py>, (f64, Array<'py>, Made<'py>)),
-    ) {
+    ) -> (Bound<'py, PyAny>, (Split<'py>, Made<'py>, Flags<'py>, Flags<'py>, (f64, Array<'py>, Made<'py>))) {
         let MeasuredSegment { record, driven, used, is_validation, whole, .. } = self.inner.clone();
         let record = (array(py, record.time), record.begin, made(py, record.signals));
         let whole = (whole.begin, array(py, whole.grid.clone()), made(py, whole.driven.clone()));
         let [used, is_validation] = [used, is_validation].map(|flags| flags.into_pyarray(py));
         (py.get_type::<Self>().into_any(), (record, made(py, driven), used, is_validation, whole))
     }
+}
+
+/// Refuses a motion that never changes in any of the records.
+#[pyfunction]
+fn check_motion(records: Vec<Measured<'_>>) -> PyResult<()> {
+    let records: Vec<Record> = records.iter().map(record_of).collect();
+    record::check_motion(&records).map_err(|problem| refused(problem.0))
 }
 
 /// A record of its signals.

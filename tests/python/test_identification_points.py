@@ -177,7 +177,7 @@ def test_mistakes_are_refused_by_name(tmp_path: Path) -> None:
     refused("needs a column for frictionForce or force", {"velocity": speed})
     refused("needs columns for velocity; velocity is missing", {"frictionForce": force})
     refused("velocity = 0 m/s at all points", {**data, "velocity": 0.0 * speed})
-    refused("frictionForce is nan at point 3", {**data, "frictionForce": np.where(time == 3.0, np.nan, force)})
+    refused("frictionForce is NaN at point 3", {**data, "frictionForce": np.where(time == 3.0, np.nan, force)})
     refused("too few points, 4; at least 5", {name: values[:4] for name, values in data.items()})
     refused("too short: 7 samples.* 4 ", {name: values[:7] for name, values in data.items()})
     refused("law = Polito is refused: it has one curve for rising", data, "Polito")

@@ -6,21 +6,7 @@ import numpy as np
 import pneumatic_servo as ps
 from bounds import assert_close
 from numpy.typing import NDArray
-from pneumatic_servo.identification.records import load
-from test_identification import RIG, TRUE_FRICTION, bench
-
-
-def test_gap_splits_a_record_and_lost_samples_do_not() -> None:
-    data = bench()
-    without = {
-        lost: {name: np.delete(values, slice(400, 400 + lost)) for name, values in data.items()} for lost in (3, 30)
-    }
-    [whole], notes = load([without[3]], {})
-    assert len(whole.time) == 997 and not notes
-    (first, second), notes = load([without[30]], {})
-    assert (len(first.time), len(second.time)) == (400, 570) and second.begin == data["time"][430]
-    assert notes == ["record 1: split at 1 gaps, 0 pieces too short to use"]
-
+from test_identification import RIG, TRUE_FRICTION
 
 FREE = [f"friction.stribeck.{name}" for name in ("Fc", "sigma2")]
 KNOWN: dict[str, ps.Value] = {"supplyPressure": 6e5, "valve.deadZone": 0.065, "valve.C": 4.4e-9,

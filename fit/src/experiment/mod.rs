@@ -28,7 +28,7 @@ use crate::arrays::interpolate;
 use crate::expression::Tie;
 use crate::law;
 use crate::parameter::{Parameter, Values};
-use crate::record::{self, Record, Signals, split, unit_of};
+use crate::record::{self, Record, Signals, unit_of};
 use crate::refused::Refused;
 use crate::smoothing::low_pass;
 
@@ -373,9 +373,19 @@ impl Kind {
     /// Records of signals, with notes: courses without gaps, or the points of a table as one record.
     ///
     /// # Errors
-    /// [`Refused`], as [`split`] and [`points`](record::points).
+    /// [`Refused`], as [`record::split`] and [`record::points`].
+    pub fn split(&self, name: &str, signals: Signals) -> Result<(Vec<Record>, Vec<String>), Refused> {
+        if self.has_time() { record::split(name, signals) } else { Ok((vec![record::points(name, signals)?], vec![])) }
+    }
+
+    /// The same of signals that are all there is: they must move.
+    ///
+    /// # Errors
+    /// [`Refused`], as [`split`](Self::split) and [`record::check_motion`].
     pub fn records(&self, name: &str, signals: Signals) -> Result<(Vec<Record>, Vec<String>), Refused> {
-        if self.has_time() { split(name, signals) } else { Ok((vec![record::points(name, signals)?], vec![])) }
+        let (records, notes) = self.split(name, signals)?;
+        record::check_motion(&records)?;
+        Ok((records, notes))
     }
 
     /// Refuses too few signals, and a time where there is none.

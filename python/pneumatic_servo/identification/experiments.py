@@ -18,6 +18,7 @@ from pneumatic_servo import _native
 from pneumatic_servo.argument_names import quoted
 from pneumatic_servo.identification.records import Record, plain
 from pneumatic_servo.identification.signals import SLIDING, Units
+from pneumatic_servo.identification.table import Measured
 from pneumatic_servo.identification.ties import Tie
 from pneumatic_servo.model import Model
 from pneumatic_servo.variables import Value
@@ -283,6 +284,25 @@ class Experiment:
         """
         reads_force = self.name != "force" or self.units.of_gain("force") == "1"
         return (*self.native.unknown, *(() if reads_force else ("gain.force",)))
+
+    def records(self, sources: Iterable[Measured]) -> tuple[list[Record], list[str]]:
+        """Split tables at gaps; return the records, and notes on omitted parts.
+
+        Points without a time are one record, whose times number them.
+        """
+        records: list[Record] = []
+        notes: list[str] = []
+        for source in sources:
+            for signal, values in source.signals.items():
+                if values.ndim != 1:
+                    raise ValueError(
+                        f"{source.name}: {signal} has the shape {values.shape}; it must have one dimension"
+                    )
+            found, own = self.native.split(source.name, {name: plain(one) for name, one in source.signals.items()})
+            records += [Record(source.name, *one) for one in found]
+            notes += [f"{source.name}: {note}" for note in own]
+        _native.check_motion([record.numbers for record in records])
+        return records, notes
 
     def windows(self, record: Record, share: float = 0.0, named: Iterable[str] = ()) -> list[Window]:
         """Cut a record into the parts that are simulated in one go; its last share is validation data.

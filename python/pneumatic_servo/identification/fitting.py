@@ -24,7 +24,7 @@ from pneumatic_servo.identification.intervals import Certainty, certainty
 from pneumatic_servo.identification.parameters import Free, auxiliary, named_by, parse, split, unit_of, usual, words_of
 from pneumatic_servo.identification.plausibility import assumed, check_known_pressures, checked, compare, judged
 from pneumatic_servo.identification.problem import Problem, check_jac, tell_underivable
-from pneumatic_servo.identification.records import Record, load
+from pneumatic_servo.identification.records import Record
 from pneumatic_servo.identification.result import Fit
 from pneumatic_servo.identification.sampling import emcee_of, sample
 from pneumatic_servo.identification.signals import SIGNALS, SLIDING, Units, starts_of, told_units
@@ -516,13 +516,12 @@ def _is_same(one: Measured, other: Measured) -> bool:
 
 def _load(experiment: Experiment, sources: list[Measured], loss: str) -> tuple[list[Record], list[str]]:
     experiment.use(set.intersection(*(set(source.signals) for source in sources)))
-    has_time = not experiment.is_steady
-    records, notes = load(sources, has_time=has_time)
+    records, notes = experiment.records(sources)
     sources, mended = checked(experiment, sources, loss)
-    if not has_time:
+    if experiment.is_steady:
         return records, notes
     if mended:
-        records, notes = load(sources)
+        records, notes = experiment.records(sources)
     recorded = [note for source in sources for note in recorder.check(source, experiment.units)]
     return records, [*mended, *recorded, *notes]
 
