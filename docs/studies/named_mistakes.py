@@ -151,7 +151,7 @@ MISTAKES: dict[str, Mistake] = {
     "a word that was lost": Mistake(
         spoilt("chamberA.pressure", 9.99e6), ("far off all samples around it", "9990000 Pa")
     ),
-    "a sample that is missing": Mistake(spoilt("position", np.nan), ("position is nan", "sample 700")),
+    "a sample that is missing": Mistake(spoilt("position", np.nan), ("position is NaN", "sample 700")),
     "samples dropped, time counted on": Mistake(dropped(300, 100), ("position leaps by", "samples dropped")),
     "each tenth row repeated": Mistake(repeated(10), ("rows repeat the one before", "lost samples")),
     "a sensor that is dead": Mistake(
