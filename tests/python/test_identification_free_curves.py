@@ -30,7 +30,7 @@ def curves(
     law = np.array([-1e3, 1e3])
     friction = left if name == "motion" else left + level * 3.0 * speed
     experiment = SimpleNamespace(
-        name=name, compared=("force",),
+        name=name, compared=("force",), is_steady=False,
         forces=lambda window, values: (speed[inside], friction[inside], level[inside]) if window.fitted else 1 / 0,
     )  # fmt: skip
     problem = SimpleNamespace(experiment=experiment, windows=[SimpleNamespace(fitted=0), window])
@@ -109,7 +109,7 @@ def test_axis_without_a_position_has_no_curve_over_it(monkeypatch: pytest.Monkey
 
 def test_experiment_without_friction_has_no_curves() -> None:
     window = SimpleNamespace(fitted=4)
-    experiment = SimpleNamespace(name="rig", forces=lambda window, values: None)
+    experiment = SimpleNamespace(name="rig", is_steady=False, forces=lambda window, values: None)
     problem = SimpleNamespace(experiment=experiment, windows=[window])
     fit: Any = SimpleNamespace(problem=problem, values={})
     assert free_form.free_form(fit, SimpleNamespace(differences=None)) is None  # type: ignore[arg-type]
