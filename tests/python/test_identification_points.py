@@ -180,6 +180,12 @@ def test_mistakes_are_refused_by_name(tmp_path: Path) -> None:
     refused("frictionForce is NaN at point 3", {**data, "frictionForce": np.where(time == 3.0, np.nan, force)})
     refused("too few points, 4; at least 5", {name: values[:4] for name, values in data.items()})
     refused("too short: 7 samples.* 4 ", {name: values[:7] for name, values in data.items()})
+    bench = tmp_path / "bench.csv"
+    bench.write_text("v [mm/s];F [N]\n1;8\n2;9\n")
+    with pytest.raises(
+        ValueError, match="there is no column `time`.*points without a time are fitted as experiment points"
+    ):
+        ps.fit(bench, experiment="motion", law="Stribeck")
     refused("law = Polito is refused: it has one curve for rising", data, "Polito")
     refused("law = Bristle is refused: its bonds break", data, "Bristle")
     refused("segment is refused: experiment=.points. has no course", data, segment=0.5)

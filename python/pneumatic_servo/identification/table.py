@@ -209,9 +209,12 @@ def _by_name(table: Table, required: Sequence[str]) -> dict[str, Column]:
             }
     if first not in found:
         there = ", ".join(table.header)
+        proposed = {signal for signal, *_ in _native.proposed_columns(table.names, table.units, list(SIGNALS))}
+        is_of_points = {"velocity"} < proposed and not proposed & {"time", "position"}
+        hint = "; points without a time are fitted as experiment points" if is_of_points else ""
         raise ValueError(
             f"{table.file}:{table.first}: there is no column `{first}`, only {there}; {quoted('columns')} "
-            f"says which column is which signal, for example {EXAMPLES[first == 'time']}"
+            f"says which column is which signal, for example {EXAMPLES[first == 'time']}{hint}"
         )
     return found
 
