@@ -183,7 +183,7 @@ def test_mistakes_are_refused_by_name(tmp_path: Path) -> None:
     bench = tmp_path / "bench.csv"
     bench.write_text("v [mm/s];F [N]\n1;8\n2;9\n")
     with pytest.raises(
-        ValueError, match="there is no column `time`.*points without a time are fitted as experiment points"
+        ValueError, match=r"there is no column `time`.*points without a time are fitted as experiment points"
     ):
         ps.fit(bench, experiment="motion", law="Stribeck")
     refused("law = Polito is refused: it has one curve for rising", data, "Polito")

@@ -135,7 +135,8 @@ def test_early_word_names_only_what_noise_alone_would_hide() -> None:
 def test_each_parameter_needs_five_numbers_of_all_signals(signals: int, free: int, is_enough: bool) -> None:
     """Two windows of 10 samples are 20 numbers of each signal that is compared."""
     window = SimpleNamespace(fitted=10, record=None)
-    experiment = SimpleNamespace(compared=("p", "q", "r")[:signals], resting=lambda record: np.array([False]))
+    resting = {"is_steady": False, "resting": lambda record: np.array([False])}
+    experiment = SimpleNamespace(compared=("p", "q", "r")[:signals], **resting)
     problem: Any = SimpleNamespace(windows=[window] * 2, experiment=experiment, free=[None] * free, measured=dict)
     if is_enough:
         _check_size(problem)
