@@ -2,7 +2,7 @@
 
 use std::sync::LazyLock;
 
-use crate::calibration::{self, Calibration};
+use crate::calibration::Calibration;
 
 /// Pressure of the standard atmosphere in Pa, above which gauge pressures count.
 pub const STANDARD_ATMOSPHERE: f64 = 101_325.0;
@@ -222,8 +222,7 @@ pub fn to_si(text: &str, si: &str, is_above_ambient: bool) -> Result<(f64, f64),
     let near = nearest_unit(text, Some(si)).map_or(String::new(), |near| format!("did you mean {near}? "));
     let mut names = vec![si];
     names.extend(units_of(si).map(|unit| unit.name).filter(|name| *name != si));
-    let calibrated = calibration::hint(text, si);
-    Err(format!("the unit {} is refused; {near}it must be one of {}{calibrated}", text.trim(), names.join(", ")))
+    Err(format!("the unit {} is refused; {near}it must be one of {}", text.trim(), names.join(", ")))
 }
 
 /// Values of a unit in an SI unit, by factor and offset; a thousandth is a quotient, so that 250 mm are 0.25 m.
