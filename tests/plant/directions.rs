@@ -179,15 +179,7 @@ fn laws_with_springs_of_limited_force_refuse_a_factor() {
 fn no_run_ends_at_a_reversal() {
     for law in laws() {
         for difference in DIFFERENCES {
-            for (amplitude, frequency) in [(1.0, 1.0), (2.0, 5.0), (3.0, 1.0)] {
-                let mut running = with(Rig::cylinder(law), difference).start().unwrap();
-                for step in 0..500 {
-                    let time = f64::from(step) * 1e-3;
-                    running.set("valveVoltage", 5.0 + amplitude * (TAU * frequency * time).sin());
-                    let end = running.advance(time + 1e-3);
-                    end.unwrap_or_else(|error| panic!("{law}, {difference:?}, {amplitude} V, {frequency} Hz: {error}"));
-                }
-            }
+            with(Rig::cylinder(law), difference).run_through_reversals(&(law, difference));
         }
     }
 }

@@ -3,7 +3,7 @@
 use std::f64::consts::{PI, TAU};
 
 use crate::bounds::{close, larger, within};
-use crate::rig::{Rig, Running};
+use crate::rig::{Rig, watch};
 
 const GRAVITY: f64 = 9.80665;
 const MASS: f64 = 21.19e-3;
@@ -20,16 +20,6 @@ fn slider(law: &str, statics: f64, dynamic: f64, acceleration: f64) -> Rig {
         .set("tray.velocityAmplitude", acceleration * GRAVITY / W)
         .set("walk.stepsPerPeriod", 0.0)
         .set("solver.relativeTolerance", 1e-10)
-}
-
-/// Calls `look` at equal intervals.
-fn watch(run: &mut Running, end: f64, interval: f64, mut look: impl FnMut(f64, &mut Running)) {
-    let start = run.simulation().time();
-    for step in 1..=((end - start) / interval).round() as usize {
-        let time = start + step as f64 * interval;
-        run.advance(time).expect("a step that ends");
-        look(time, run);
-    }
 }
 
 const SET_VALUED: [&str; 4] = ["Coulomb", "CoulombStiction", "Stribeck", "Polito"];

@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use crate::bounds::{close, larger, loosely};
-use crate::rig::{Rig, Running};
+use crate::rig::{Rig, Running, watch};
 
 const GRAVITY: f64 = 9.80665;
 const TROLLEY: f64 = 5.0;
@@ -19,15 +19,6 @@ fn festoon(law: &str, trolleys: u32) -> Rig {
 /// One trolley under Coulomb friction with stiction, without viscous friction, and with next to no load.
 fn block() -> Rig {
     festoon("CoulombStiction", 1).set("friction.coulombStiction.sigma2", 0.0).set("load.mass", 1e-6)
-}
-
-fn watch(run: &mut Running, end: f64, interval: f64, mut look: impl FnMut(f64, &mut Running)) {
-    let start = run.simulation().time();
-    for step in 1..=((end - start) / interval).round() as usize {
-        let time = start + step as f64 * interval;
-        run.advance(time).expect("a step that ends");
-        look(time, run);
-    }
 }
 
 fn of(trolley: u32, variable: &str) -> String {

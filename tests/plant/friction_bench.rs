@@ -3,17 +3,7 @@
 use std::f64::consts::{PI, TAU};
 
 use crate::bounds::{close, larger, loosely, within};
-use crate::rig::{Rig, Running};
-
-/// Samples a run at equal intervals: calls `look` with the time after each.
-fn watch(run: &mut Running, end: f64, interval: f64, mut look: impl FnMut(f64, &mut Running)) {
-    let start = run.simulation().time();
-    for step in 1..=((end - start) / interval).round() as usize {
-        let time = start + step as f64 * interval;
-        run.advance(time).expect("a step that ends");
-        look(time, run);
-    }
-}
+use crate::rig::{Rig, Running, watch};
 
 /// The closed form of stick-slip with constant kinetic friction. Times are sampled every 0.1 ms; amplitudes are exact
 /// but for the tolerance of 1e-10, lengths but for a sample too (v_max is flat there).

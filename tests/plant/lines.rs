@@ -10,7 +10,7 @@ use pneumatic_servo::models::pneumatic_servo_cylinder::MODEL;
 
 /// `R*T` in J/kg.
 const GAS: f64 = 287.05 * 293.15;
-const AMBIENT: f64 = 101_325.0;
+pub const AMBIENT: f64 = 101_325.0;
 /// Of air in Pa s.
 const VISCOSITY: f64 = 1.813e-5;
 
@@ -20,7 +20,7 @@ fn area(diameter: f64) -> f64 {
 
 /// The piston held by more friction than any pressure overcomes, gas at constant temperature, a tight valve without dead
 /// zone.
-fn held(values: &[(&str, f64)]) -> Plant {
+pub fn held(values: &[(&str, f64)]) -> Plant {
     let setup = Setup::new(&MODEL).set("friction.law", "CoulombStiction").unwrap();
     let mut setup = setup.set("thermal.model", "Isothermal").unwrap().tolerance(1e-9);
     let common = [
@@ -35,7 +35,7 @@ fn held(values: &[(&str, f64)]) -> Plant {
     setup.start(0.0).unwrap()
 }
 
-fn get(plant: &mut Plant, name: &str) -> f64 {
+pub fn get(plant: &mut Plant, name: &str) -> f64 {
     plant.get(name).unwrap()
 }
 

@@ -3,32 +3,7 @@
 use std::f64::consts::PI;
 
 use crate::bounds::{close, within};
-use pneumatic_servo::model::Plant;
-use pneumatic_servo::model::Setup;
-use pneumatic_servo::models::pneumatic_servo_cylinder::MODEL;
-
-const AMBIENT: f64 = 101_325.0;
-
-/// The piston held by more friction than any pressure overcomes, gas at constant temperature, a tight valve without dead
-/// zone.
-fn held(values: &[(&str, f64)]) -> Plant {
-    let setup = Setup::new(&MODEL).set("friction.law", "CoulombStiction").unwrap();
-    let mut setup = setup.set("thermal.model", "Isothermal").unwrap().tolerance(1e-9);
-    let common = [
-        ("friction.coulombStiction.Fs", 1e6),
-        ("valve.leakage", 0.0),
-        ("valve.deadZone", 0.0),
-        ("valve.hysteresis", 0.0),
-    ];
-    for (name, value) in common.iter().chain(values) {
-        setup.change(name, *value).unwrap();
-    }
-    setup.start(0.0).unwrap()
-}
-
-fn get(plant: &mut Plant, name: &str) -> f64 {
-    plant.get(name).unwrap()
-}
+use crate::lines::{AMBIENT, get, held};
 
 /// A supply below the surroundings is none: air of the surroundings comes in through what feeds the vessel.
 #[test]

@@ -111,15 +111,7 @@ fn factors_that_fall_to_0_end_a_run_by_name() {
 fn no_run_ends_at_a_reversal() {
     for law in laws() {
         for increases in INCREASES {
-            for (amplitude, frequency) in [(1.0, 1.0), (2.0, 5.0), (3.0, 1.0)] {
-                let mut running = with(Rig::cylinder(law), increases).start().unwrap();
-                for step in 0..500 {
-                    let time = f64::from(step) * 1e-3;
-                    running.set("valveVoltage", 5.0 + amplitude * (TAU * frequency * time).sin());
-                    let end = running.advance(time + 1e-3);
-                    end.unwrap_or_else(|error| panic!("{law}, {increases:?}, {amplitude} V, {frequency} Hz: {error}"));
-                }
-            }
+            with(Rig::cylinder(law), increases).run_through_reversals(&(law, increases));
         }
     }
 }

@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 use std::f64::consts::TAU;
+use std::fmt::Debug;
 
 use pneumatic_servo::co_simulation::Simulation;
 use pneumatic_servo::model::{Model, Seeds, Start};
@@ -93,6 +94,19 @@ impl Rig {
         })
     }
 
+    /// Runs a cylinder under sines about the closed valve: no run ends early.
+    pub fn run_through_reversals(&self, at: &impl Debug) {
+        for (amplitude, frequency) in [(1.0, 1.0), (2.0, 5.0), (3.0, 1.0)] {
+            let mut running = self.start().unwrap();
+            for step in 0..500 {
+                let time = f64::from(step) * 1e-3;
+                running.set("valveVoltage", 5.0 + amplitude * (TAU * frequency * time).sin());
+                let end = running.advance(time + 1e-3);
+                end.unwrap_or_else(|error| panic!("{at:?}, {amplitude} V, {frequency} Hz: {error}"));
+            }
+        }
+    }
+
     /// Starts at time 0.
     pub fn start(&self) -> Result<Running, ParameterError> {
         let start = Start {
@@ -110,6 +124,16 @@ impl Rig {
             places: computed.iter().enumerate().map(|(place, variable)| (variable.name.as_str(), place)).collect(),
             computed: vec![0.0; computed.len()],
         })
+    }
+}
+
+/// Advances in equal intervals up to an end, and calls `look` with the time after each.
+pub fn watch(run: &mut Running, end: f64, interval: f64, mut look: impl FnMut(f64, &mut Running)) {
+    let start = run.simulation().time();
+    for step in 1..=((end - start) / interval).round() as usize {
+        let time = start + step as f64 * interval;
+        run.advance(time).expect("a step that ends");
+        look(time, run);
     }
 }
 

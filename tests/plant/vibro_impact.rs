@@ -3,7 +3,7 @@
 use std::f64::consts::{PI, TAU};
 
 use crate::bounds::{close, within};
-use crate::rig::{Rig, Running};
+use crate::rig::{Rig, Running, watch};
 use pneumatic_servo::model::Setup;
 use pneumatic_servo::models::vibro_impact::MODEL;
 
@@ -28,15 +28,6 @@ fn system(law: &str) -> Rig {
 /// No friction, no excitation, no damping.
 fn conservative() -> Rig {
     system("None").set("excitation.amplitude", 0.0).set("spring.damping", 0.0)
-}
-
-fn watch(run: &mut Running, end: f64, interval: f64, mut look: impl FnMut(f64, &mut Running)) {
-    let start = run.simulation().time();
-    for step in 1..=((end - start) / interval).round() as usize {
-        let time = start + step as f64 * interval;
-        run.advance(time).expect("a step that ends");
-        look(time, run);
-    }
 }
 
 /// The energy in masses, cubic spring and impact spring, by the variables that a user sees.
