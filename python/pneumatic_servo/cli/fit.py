@@ -22,6 +22,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+from pneumatic_servo import _native
 from pneumatic_servo.cli.common import Renamed, check_outputs, settings_of, words_of
 from pneumatic_servo.errors import MissingPackage, NotConverged
 from pneumatic_servo.model import Model
@@ -29,7 +30,8 @@ from pneumatic_servo.units import has_unit, written
 from pneumatic_servo.variables import Value
 
 NAME = "fit"
-EXPERIMENTS = ("motion", "points", "force", "mechanical", "pneumatic", "rig")
+EXPERIMENTS = {name: table for name, _, table, _ in _native.experiments()}
+"""Experiments, and the models with the known and fitted parameters of each."""
 
 
 def add(parser: argparse.ArgumentParser) -> None:
@@ -164,7 +166,7 @@ def known(experiment: str, given: list[str]) -> dict[str, Value]:
             special[name] = written(text, beside[name], f"--set {word}", is_bare_allowed=True)
         else:
             others.append(word)
-    model = Model("FrictionBench" if experiment in ("motion", "points", "force") else "PneumaticServoCylinder")
+    model = Model(EXPERIMENTS[experiment])
     return {**settings_of(model, others), **special}
 
 

@@ -13,6 +13,7 @@ from scipy.ndimage import uniform_filter1d
 from pneumatic_servo.identification.fitted import Fitted
 from pneumatic_servo.identification.kinds import Mask, kinds
 from pneumatic_servo.identification.problem import sensors_of
+from pneumatic_servo.identification.sensor import Sensor
 
 Array = NDArray[np.float64]
 
@@ -54,13 +55,18 @@ class Residuals:
         """Samples of each window by kind of motion."""
         return kinds(self.problem)
 
+    @cached_property
+    def sensors(self) -> dict[str, Sensor]:
+        """The sensor of each compared signal, as all windows show it."""
+        return sensors_of(self.problem.experiment, self.windows)
+
     def unit(self, signal: str) -> str:
         """Return the SI unit of a signal."""
         return self.problem.experiment.units.of_signal(signal)
 
     def noise(self, signal: str) -> float:
         """Return the noise of a signal, estimated from its data, with the quantisation noise of its converter."""
-        sensor = sensors_of(self.problem.experiment, self.windows)[signal]
+        sensor = self.sensors[signal]
         return float(np.hypot(sensor.noise, sensor.step / np.sqrt(12.0)))
 
     def courses(self, signal: str) -> Iterator[Course]:
