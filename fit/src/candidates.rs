@@ -51,7 +51,8 @@ pub fn named(experiment: &dyn Experiment, estimated: &[String]) -> Named {
 
 /// Candidates of simulated segments.
 pub fn candidates(runs: &Runs<'_>) -> Candidates {
-    let estimated: Vec<String> = runs.parameters.iter().map(|one| one.name.clone()).collect();
+    let tied = runs.ties.iter().map(|tie| &tie.name);
+    let estimated: Vec<String> = runs.parameters.iter().map(|one| &one.name).chain(tied).cloned().collect();
     let Named { settings, sensors, choices, has_clock } = named(runs.experiment, &estimated);
     let sensors = sensors.iter().filter_map(|name| freed(runs.experiment, name)).collect();
     Candidates { settings, sensors, choices, has_clock }

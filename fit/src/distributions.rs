@@ -4,6 +4,8 @@ use statrs::distribution::{ChiSquared, ContinuousCDF, StudentsT};
 
 /// Probability that an interval holds.
 pub const LEVEL: f64 = 0.95;
+/// Half of the 95 % interval of a normal distribution, in standard deviations.
+pub const NORMAL_95: f64 = 1.959_963_984_540_054;
 /// Below this the asymptotic series of [`log_normal`] has all digits.
 const TAIL: f64 = -20.0;
 
@@ -24,6 +26,11 @@ pub fn student_quantile(share: f64, freedom: usize) -> f64 {
 pub fn chi_squared_tail(value: f64, freedom: usize) -> f64 {
     let distribution = ChiSquared::new(freedom.max(1) as f64).expect("a positive number of degrees of freedom");
     distribution.sf(value)
+}
+
+/// Standard normal distribution function.
+pub fn normal(x: f64) -> f64 {
+    0.5 * libm::erfc(-x * std::f64::consts::FRAC_1_SQRT_2)
 }
 
 /// Logarithm of the standard normal distribution function, with all digits in both tails

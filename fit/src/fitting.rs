@@ -205,7 +205,10 @@ fn parameters(experiment: &dyn Experiment, question: &Question) -> Result<Vec<Pa
         return Err(Refused(format!("{missing} has no default; it must be estimated")));
     }
     let of_name = |name: &String| match question.known.get(name) {
-        Some(start) => parameter(experiment, name)?.starting_at(*start),
+        Some(start) => {
+            let given = parameter(experiment, name)?.given(Some(*start), None);
+            given.map_err(|Refused(why)| Refused(format!("{name}: {why}")))
+        }
         None => parameter(experiment, name),
     };
     names.iter().map(of_name).collect()

@@ -5,7 +5,7 @@ use nalgebra::DMatrix;
 use crate::distributions::student;
 use crate::jacobian::{scale_rows, sensitivities};
 use crate::matrix::{orthogonal, pseudo_inverse, triangle};
-use crate::parameter::Parameter;
+use crate::parameter::{Parameter, Values};
 use crate::problem::{Interrupted, Problem, TOLERANCE};
 
 /// Blocks of time that count as independent.
@@ -13,9 +13,11 @@ const BLOCKS: usize = 20;
 /// Records of which the differences tell something.
 const FEWEST: usize = 3;
 /// Singular values below this share of the largest are no information.
-const RANK: f64 = 1e-7;
+pub const RANK: f64 = 1e-7;
 /// Share of a parameter in a direction that the residuals do not see, from which on it is not identifiable.
 const TAKES_PART: f64 = 0.1;
+/// Step of an inner value that tells how what is tied to it moves.
+const STEP_OF_TIES: f64 = 1e-6;
 /// Relative distance of inner values at which a value is at its bound.
 const AT_BOUND: f64 = 1e-6;
 
@@ -130,6 +132,45 @@ fn of_covariance(
         correlation,
         reasons: undetermined(&problem.parameters, x, &ends, &blind),
     }
+}
+
+/// Values of parameters that follow from others, and the ends of their intervals, whose errors those of the estimated ones make in
+/// proportion. `values` are the values that a vector stands for, those of `names` among them.
+pub fn tied(
+    parameters: &[Parameter],
+    names: &[&str],
+    values: &dyn Fn(&[f64]) -> Values,
+    x: &[f64],
+    sure: &Certainty,
+) -> Vec<[f64; 3]> {
+    let half = |(one, [low, high]): (&Parameter, &[f64; 2])| {
+        let is_finite = (high - low).is_finite() && !(one.is_logarithmic() && *low <= 0.0);
+        if is_finite { 0.5 * (one.inner(*high) - one.inner(*low)) } else { f64::INFINITY }
+    };
+    let halves: Vec<f64> = parameters.iter().zip(&sure.intervals).map(half).collect();
+    let x = &x[..parameters.len()];
+    let moved = |place: usize| {
+        let step = STEP_OF_TIES * x[place].abs().max(1.0);
+        let [ahead, behind] = [step, -step].map(|by| {
+            let mut vector = x.to_vec();
+            vector[place] += by;
+            values(&vector)
+        });
+        names.iter().map(|name| (ahead[*name] - behind[*name]) / (2.0 * step)).collect::<Vec<f64>>()
+    };
+    let slopes: Vec<Vec<f64>> = (0..x.len()).map(moved).collect();
+    let middle = values(x);
+    let of = |(tie, name): (usize, &&str)| {
+        let moving: Vec<usize> = (0..x.len()).filter(|place| slopes[*place][tie] != 0.0).collect();
+        let error = |place: usize| slopes[place][tie] * halves[place];
+        let pairs = moving.iter().flat_map(|a| moving.iter().map(move |b| (*a, *b)));
+        let square: f64 = pairs.map(|(a, b)| error(a) * sure.correlation[(a, b)] * error(b)).sum();
+        let is_told = moving.iter().all(|place| error(*place).is_finite());
+        let half = if is_told { square.max(0.0).sqrt() } else { f64::INFINITY };
+        let value = middle[*name];
+        [value, value - half, value + half]
+    };
+    names.iter().enumerate().map(of).collect()
 }
 
 /// Covariance of the inner values, and the factors from deviations to half intervals.
@@ -292,6 +333,40 @@ mod tests {
             is_bounded: false,
             legal: [f64::NEG_INFINITY, f64::INFINITY],
         }
+    }
+
+    /// Of a logarithm its error is in proportion to the value; two that err alike make up for one another in a difference.
+    #[test]
+    fn a_tied_value_errs_as_what_it_follows_from() {
+        let parameters = [
+            Parameter { name: "a".to_owned(), ..parameter(true, [-9.0, 9.0]) },
+            Parameter { name: "b".to_owned(), ..parameter(false, [-9.0, 9.0]) },
+        ];
+        let x = [libm::log(3.0), 4.0];
+        let follow = |x: &[f64]| {
+            let (a, b) = (libm::exp(x[0]), 0.5 * x[1]);
+            Values::from(
+                [("twice", 2.0 * a), ("difference", a - b), ("none", 7.0)].map(|(name, of)| (name.to_owned(), of)),
+            )
+        };
+        let ends = |half: f64| [libm::exp(x[0] - half), libm::exp(x[0] + half)];
+        let of = |correlated: f64, half: f64| {
+            let correlation = DMatrix::from_row_slice(2, 2, &[1.0, correlated, correlated, 1.0]);
+            let intervals = vec![ends(half), [2.0 - 0.3, 2.0 + 0.3]];
+            let sure = Certainty { intervals, correlation, reasons: vec![None; 2] };
+            tied(&parameters, &["twice", "difference", "none"], &follow, &x, &sure)
+        };
+        for (correlated, difference) in [(1.0, 0.0), (0.0, 0.3 * 2f64.sqrt())] {
+            let found = of(correlated, 0.1);
+            for (found, (value, half)) in found.iter().zip([(6.0, 0.6), (1.0, difference), (7.0, 0.0)]) {
+                for (end, expected) in found.iter().zip([value, value - half, value + half]) {
+                    assert!((end - expected).abs() < 1e-7, "{correlated}: {found:?}");
+                }
+            }
+        }
+        // What the data do not tell, they do not tell of what follows from it either.
+        let [twice, difference, none] = of(0.0, f64::INFINITY)[..] else { panic!("three") };
+        assert!(twice[2] == f64::INFINITY && difference[1] == f64::NEG_INFINITY && none == [7.0; 3]);
     }
 
     #[test]

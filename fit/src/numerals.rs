@@ -7,7 +7,7 @@ pub fn significant(value: f64, digits: usize) -> String {
         return format!("{value}");
     }
     let exponent = libm::floor(libm::log10(value.abs())) as i32;
-    if !(-4..7).contains(&exponent) {
+    if !(-4..(digits as i32).max(7)).contains(&exponent) {
         let text = format!("{value:.*e}", digits - 1);
         return match text.split_once('e') {
             Some((mantissa, power)) => format!("{}e{power}", without_zeros(mantissa)),
@@ -31,5 +31,7 @@ mod tests {
         let shown = [0.0, 1.0, 12.345, 0.001_234_5, 123_456.0, 1.5e-7, -1.5e7].map(|value| significant(value, 3));
         assert_eq!(shown, ["0", "1", "12.3", "0.00123", "123456", "1.5e-7", "-1.5e7"]);
         assert_eq!(significant(0.012_345_67, 5), "0.012346");
+        // As many digits as are asked for need no power.
+        assert_eq!([significant(2e9, 10), significant(2e10, 10)], ["2000000000", "2e10"]);
     }
 }

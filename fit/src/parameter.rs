@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use pneumatic_servo::variables::{Kind, Role, Variable};
 
+use crate::numerals::significant;
 use crate::refused::Refused;
 
 /// Values of parameters by name, in SI units.
@@ -168,28 +169,101 @@ impl Parameter {
         Some(Self { legal, ..Self::new(&variable.name, unit.name, start, legal, scale) })
     }
 
-    /// The same with a start that the user gives.
+    /// The same with a start and bounds that the user gives.
     ///
     /// # Errors
-    /// [`Refused`] for a start that the model does not accept.
-    pub fn starting_at(self, start: f64) -> Result<Self, Refused> {
-        let [least, most] = self.legal;
-        if !(least..=most).contains(&start) {
-            return Err(Refused(format!(
-                "{}: the start {start} is not within {least} to {most} {}",
-                self.name, self.unit
-            )));
+    /// [`Refused`] for what the model does not accept, and for a start that is not within the bounds.
+    pub fn given(self, start: Option<f64>, bounds: Option<[f64; 2]>) -> Result<Self, Refused> {
+        let legal = self.legal;
+        let mut given = Self { start: start.unwrap_or(self.start), is_given: start.is_some(), ..self };
+        if let Some([low, high]) = bounds {
+            if low.is_nan() || high.is_nan() || low >= high {
+                let [low, high] = [low, high].map(shown);
+                return Err(Refused(format!("the lower bound {low} is not below the upper bound {high}")));
+            }
+            if low < legal[0] || high > legal[1] {
+                return Err(Refused(format!("the bounds leave what is legal, {}", given.range(legal))));
+            }
+            (given.bounds, given.is_bounded) = ([low, high], true);
+            // A start that only the data tell stays open.
+            if start.is_none() && !given.start.is_nan() {
+                given.start = given.start.max(low).min(high);
+            }
+            if low <= 0.0 && given.is_logarithmic() {
+                given.scale = low.abs().max(high.abs());
+            }
+        } else if given.is_logarithmic() && given.start > 0.0 && start.is_some() {
+            let is_usual = (given.bounds[0]..=given.bounds[1]).contains(&given.start);
+            let [least, most] = if is_usual { given.bounds } else { legal };
+            given.bounds = [least.max(given.start / SPAN), most.min(given.start * SPAN)];
         }
-        let given = Self { start, is_given: true, ..self };
-        if !given.is_logarithmic() {
-            return Ok(given);
-        }
-        if start <= 0.0 {
+        if given.is_logarithmic() && given.start <= 0.0 {
             let [low, high] = given.bounds;
-            return Ok(Self { scale: high.abs().max(1e-300), bounds: [low.min(0.0), high], ..given });
+            (given.scale, given.bounds) = (high.abs().max(1e-300), [low.min(0.0), high]);
         }
-        let is_usual = (given.bounds[0]..=given.bounds[1]).contains(&start);
-        let [least, most] = if is_usual { given.bounds } else { given.legal };
-        Ok(Self { bounds: [least.max(start / SPAN), most.min(start * SPAN)], ..given })
+        for ends in [legal, given.bounds] {
+            if given.start < ends[0] || given.start > ends[1] {
+                let text = format!("the start {} is not within {}", shown(given.start), given.range(ends));
+                return Err(Refused(text));
+            }
+        }
+        Ok(given)
+    }
+
+    /// A number of its own that only expressions of parameters use, such as a ratio.
+    pub fn of_number(name: &str, start: f64) -> Self {
+        Self::new(name, "1", start, ANY, if start == 0.0 { 1.0 } else { start.abs() })
+    }
+
+    /// A range as people write it, with its unit.
+    fn range(&self, [low, high]: [f64; 2]) -> String {
+        let unit = if self.unit == "1" { String::new() } else { format!(" {}", self.unit) };
+        format!("{} to {}{unit}", shown(low), shown(high))
+    }
+}
+
+fn shown(value: f64) -> String {
+    significant(value, 10)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn mass() -> Parameter {
+        let legal = [0.0, f64::INFINITY];
+        Parameter { legal, ..Parameter::new("mass", "kg", 2.0, [2e-3, 2e3], 0.0) }
+    }
+
+    #[test]
+    fn a_start_moves_the_bounds_that_nobody_gave() {
+        let given = mass().given(Some(50.0), None).expect("a mass");
+        assert_eq!((given.start, given.bounds, given.is_given, given.is_bounded), (50.0, [0.05, 2e3], true, false));
+        // Beyond the usual ones only those of the model count.
+        let far = mass().given(Some(5e6), None).expect("a mass");
+        assert_eq!(far.bounds, [5e3, 5e9]);
+        let zero = mass().given(Some(0.0), None).expect("0 has no logarithm, but a scale");
+        assert_eq!((zero.scale, zero.bounds), (2e3, [0.0, 2e3]));
+    }
+
+    #[test]
+    fn a_start_of_the_model_is_within_bounds_that_the_user_gives() {
+        let given = mass().given(None, Some([3.0, 4.0])).expect("a mass");
+        assert_eq!((given.start, given.bounds, given.is_given, given.is_bounded), (3.0, [3.0, 4.0], false, true));
+        let linear = mass().given(None, Some([0.0, 4.0])).expect("a mass");
+        assert_eq!(linear.scale, 4.0);
+        let open = Parameter::of_bench("area").expect("a bench has it");
+        assert!(open.given(None, Some([1e-5, 1e-3])).expect("an area").start.is_nan());
+    }
+
+    #[test]
+    fn what_the_model_does_not_accept_is_refused_with_its_range() {
+        let of = |start, bounds| mass().given(start, bounds).expect_err("refused").0;
+        assert_eq!(of(Some(-1.0), None), "the start -1 is not within 0 to inf kg");
+        assert_eq!(of(Some(5.0), Some([1.0, 3.0])), "the start 5 is not within 1 to 3 kg");
+        assert_eq!(of(None, Some([3.0, 3.0])), "the lower bound 3 is not below the upper bound 3");
+        assert_eq!(of(None, Some([-1.0, 3.0])), "the bounds leave what is legal, 0 to inf kg");
+        let ratio = Parameter::of_number("ratio", 4.0).given(Some(4.0), Some([1.0, 3.0])).expect_err("refused").0;
+        assert_eq!(ratio, "the start 4 is not within 1 to 3");
     }
 }

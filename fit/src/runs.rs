@@ -22,7 +22,7 @@ pub(crate) const COUNTED: [&str; 2] = ["solver.steps", "solver.rejectedSteps"];
 const MAGNITUDES: [(&str, f64); 4] =
     [("position0", 1e-4), ("velocity0", 1e-2), ("chamberA.pressure0", 1e3), ("chamberB.pressure0", 1e3)];
 /// Input of a bench that multiplies all friction but the viscous one.
-const LEVEL: &str = "friction.level";
+pub(crate) const LOAD_FACTOR: &str = "friction.level";
 
 /// Segments of an experiment, as they are simulated.
 #[derive(Clone)]
@@ -147,7 +147,7 @@ impl<'a> Runs<'a> {
                 (name, value)
             };
             settings.extend(viscous(given.table, given.law).into_iter().map(scaled));
-            let levels = inputs.iter_mut().filter(|(name, _)| *name == LEVEL);
+            let levels = inputs.iter_mut().filter(|(name, _)| *name == LOAD_FACTOR);
             levels.for_each(|(_, course)| course.iter_mut().for_each(|level| *level *= self.scale));
         }
         Given { settings, inputs }

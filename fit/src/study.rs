@@ -157,6 +157,17 @@ impl Study {
         Self { segments, ..self.clone() }
     }
 
+    /// Some of its segments alone, and their part of a vector.
+    pub fn of_segments(&self, x: &[f64], places: &[usize]) -> (Self, Vec<f64>) {
+        let (own, mut begins) = x.split_at(self.parameters.len());
+        let mut part =
+            |segment: &MeasuredSegment| begins.split_off(..segment.begin.estimated.len()).expect("its start values");
+        let parts: Vec<&[f64]> = self.segments.iter().map(&mut part).collect();
+        let theirs = places.iter().flat_map(|place| parts[*place]);
+        let vector = own.iter().chain(theirs).copied().collect();
+        (Self { segments: places.iter().map(|place| self.segments[*place].clone()).collect(), ..self.clone() }, vector)
+    }
+
     /// The same, whose segments begin as a vector of the trained study says; those without fitted samples as they were measured.
     pub fn begun(mut self, trained: &Self, x: &[f64]) -> Self {
         let is_fitted = |segment: &&mut MeasuredSegment| segment.fitted().next().is_some();

@@ -8,7 +8,6 @@ use std::sync::Arc;
 use numpy::ndarray::Array1;
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
 use pneumatic_servo::model;
-use pneumatic_servo_fit::candidates::{self, Named};
 use pneumatic_servo_fit::experiment::{
     self, Begin, Forces, Given, Inputs, KINDS, Kind, MeasuredSegment, OfRecord, Options, Whole, of_kind,
 };
@@ -38,9 +37,6 @@ type Split<'py> = (Array<'py>, f64, Made<'py>);
 type Chosen = (f64, f64, Option<f64>, Option<f64>, Option<String>, Option<bool>);
 /// First sample, signals made ready, compared samples, validation data, start values, and names of the estimated ones.
 type Cut<'py> = (usize, Made<'py>, Flags<'py>, Flags<'py>, Values, Vec<String>);
-/// Settings, names of properties of sensors, choices, and whether a wrong clock shows.
-type Suspects = (Vec<Free>, Vec<String>, Vec<(String, String, Vec<String>)>, bool);
-
 /// Kind, signals, unit, values and samples of a remedy.
 type Remedied = (&'static str, Vec<String>, String, Vec<(String, f64)>, Vec<usize>);
 /// Text of a finding, its remedies, and whether it is refused.
@@ -246,18 +242,20 @@ impl Experiment {
         units: BTreeMap<String, String>,
         place: Bound<'_, PyAny>,
     ) -> PyResult<Vec<Found>> {
-        let raised = RefCell::new(None);
-        let place = |signal: &str, row: usize| {
-            let told = place.call1((signal, row)).and_then(|told| told.extract::<String>());
-            told.unwrap_or_else(|error| {
-                raised.borrow_mut().get_or_insert(error);
-                String::new()
-            })
-        };
-        let columns = columns.into_iter().map(|(signal, (name, unit))| (signal, Written { name, unit })).collect();
-        let facts = Facts { given: self.inner.given(), columns: &columns, units: &units };
-        let found = plausibility::findings(&facts, &Source { name, signals: &plain(&signals), place: &place });
-        raised.into_inner().map_or_else(|| Ok(found.into_iter().map(told).collect()), Err)
+        let found = self.of_source(name, &signals, columns, &units, &place, plausibility::findings)?;
+        Ok(found.into_iter().map(told).collect())
+    }
+
+    /// [`plausibility::recorder`], of the same.
+    fn recorder(
+        &self,
+        name: &str,
+        signals: Courses<'_>,
+        units: BTreeMap<String, String>,
+        place: Bound<'_, PyAny>,
+    ) -> PyResult<(Vec<Found>, Vec<String>)> {
+        let (found, notes) = self.of_source(name, &signals, BTreeMap::new(), &units, &place, plausibility::recorder)?;
+        Ok((found.into_iter().map(told).collect(), notes))
     }
 
     /// [`plausibility::contradictions`] of records.
@@ -277,12 +275,31 @@ impl Experiment {
         let segments: Vec<_> = segments.iter().map(|segment| segment.inner.clone()).collect();
         self.inner.guess(&segments, &values)
     }
+}
 
-    /// Fixed settings, sensors and choices that may be causes of residuals.
-    fn suspects(&self, estimated: Vec<String>) -> Suspects {
-        let Named { settings, sensors, choices, has_clock } = candidates::named(&*self.inner, &estimated);
-        let choices = choices.into_iter().map(|one| (one.name, one.fixed, one.others)).collect();
-        (settings.into_iter().map(free).collect(), sensors, choices, has_clock)
+impl Experiment {
+    /// Does something with a record, and with what is known of it.
+    fn of_source<T>(
+        &self,
+        name: &str,
+        signals: &Courses<'_>,
+        columns: BTreeMap<String, (String, String)>,
+        units: &BTreeMap<String, String>,
+        place: &Bound<'_, PyAny>,
+        work: impl FnOnce(&Facts<'_>, &Source<'_>) -> T,
+    ) -> PyResult<T> {
+        let raised = RefCell::new(None);
+        let place = |signal: &str, row: usize| {
+            let told = place.call1((signal, row)).and_then(|told| told.extract::<String>());
+            told.unwrap_or_else(|error| {
+                raised.borrow_mut().get_or_insert(error);
+                String::new()
+            })
+        };
+        let columns = columns.into_iter().map(|(signal, (name, unit))| (signal, Written { name, unit })).collect();
+        let facts = Facts { given: self.inner.given(), columns: &columns, units };
+        let found = work(&facts, &Source { name, signals: &plain(signals), place: &place });
+        raised.into_inner().map_or(Ok(found), Err)
     }
 }
 

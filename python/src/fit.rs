@@ -7,7 +7,9 @@ use std::time::Instant;
 use numpy::ndarray::{Array1, Array2, ShapeBuilder};
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
 use pneumatic_servo_fit::NoAnswer;
-use pneumatic_servo_fit::causes::{self, Candidates, Cause, Choice};
+use pneumatic_servo_fit::candidates::candidates;
+use pneumatic_servo_fit::causes::{self, Candidates, Cause};
+use pneumatic_servo_fit::cross_validation::{Case, Friction, Group, cross_validate};
 use pneumatic_servo_fit::driver::{Reached, Search};
 use pneumatic_servo_fit::experiment::{Begin, Inputs, MeasuredSegment};
 use pneumatic_servo_fit::expression::{Expression, NoExpression, Tie};
@@ -17,9 +19,11 @@ use pneumatic_servo_fit::jacobian::{jacobian, sensitivities};
 use pneumatic_servo_fit::matrix::{DMatrix, from_rows};
 use pneumatic_servo_fit::parameter::{Parameter, Values};
 use pneumatic_servo_fit::problem::{Interrupted, Problem, TOLERANCE};
+use pneumatic_servo_fit::profile::profile;
 use pneumatic_servo_fit::runs::Given;
-use pneumatic_servo_fit::search::{self, Effort, Loss, Solution, Unwatched, Watch, refine, scattered};
+use pneumatic_servo_fit::search::{self, Loss, ROUGH, Solution, Unwatched, Watch, refine, scattered};
 use pneumatic_servo_fit::sensor::Sensor;
+use pneumatic_servo_fit::series::{self, Joint};
 use pneumatic_servo_fit::simulation::{Simulation, Task, Underivable, Workers};
 use pneumatic_servo_fit::smoothing;
 use pneumatic_servo_fit::study::{Source, Study};
@@ -42,9 +46,14 @@ type Noise = (f64, f64, bool);
 /// Name, SI unit, start, lower and upper bound, scale, whether the user gave the start and the bounds, and the smallest and largest
 /// value that the model accepts.
 pub type Free = (String, String, f64, f64, f64, f64, bool, bool, f64, f64);
-/// Name, text, value and interval, item, signal, share of its squares, decrease of the sum of squares, causes alike, and whether
-/// it is a sensor.
-type CauseParts = (String, String, Option<(f64, f64, f64)>, Option<String>, String, f64, f64, Vec<String>, bool);
+/// Name, text, fixed value, estimate, signal, share of its squares, decrease of the sum of squares, causes alike, and whether it is a
+/// sensor.
+type CauseParts = (String, String, Fixed, Estimated, String, f64, f64, Vec<String>, bool);
+/// Vectors of all records, whether no step is left, half intervals, and probabilities.
+type Together<'py> = (Vec<Vector<'py>>, bool, Vec<f64>, Vec<f64>);
+/// Vector of the other conditions and its own, predicted and fitted RMS residual of each signal, and of friction the prediction with
+/// its ends, the measurement with its ends, and the spread.
+type LeftOut<'py> = (Vector<'py>, Vector<'py>, Vec<[f64; 2]>, Option<([f64; 3], [f64; 3], f64)>);
 /// Derivatives of shape (samples, parameters), scores, and numbers of block and record of each sample.
 type Linearised<'py> = (Matrix<'py>, Vector<'py>, Vec<usize>, Vec<usize>);
 
@@ -54,8 +63,10 @@ pub fn fill(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(converter, module)?)?;
     module.add_function(wrap_pyfunction!(covariance, module)?)?;
     module.add_function(wrap_pyfunction!(expression_names, module)?)?;
-    module.add_function(wrap_pyfunction!(is_quiet, module)?)?;
+    module.add_function(wrap_pyfunction!(given_parameter, module)?)?;
+    module.add_function(wrap_pyfunction!(joint, module)?)?;
     module.add_function(wrap_pyfunction!(noise, module)?)?;
+    module.add_function(wrap_pyfunction!(number, module)?)?;
     module.add_function(wrap_pyfunction!(sensed, module)?)?;
     module.add_function(wrap_pyfunction!(sensor_of, module)?)?;
     module.add_function(wrap_pyfunction!(slopes, module)?)?;
@@ -73,6 +84,24 @@ pub struct LeastSquares {
     workers: usize,
     /// Names by which a run had no derivative, and why.
     underivable: Mutex<Underivable>,
+}
+
+/// The fixed value of a cause.
+#[derive(IntoPyObject)]
+pub enum Fixed {
+    /// A number.
+    Number(f64),
+    /// The item of a choice.
+    Item(String),
+}
+
+/// Its estimate.
+#[derive(IntoPyObject)]
+pub enum Estimated {
+    /// Value, interval and SI unit.
+    Number((f64, f64, f64, String)),
+    /// The item of a choice.
+    Item(String),
 }
 
 /// How segments are simulated.
@@ -95,8 +124,8 @@ pub struct Choices {
 
 /// A segment, its start values, the names of those that are estimated, and the number of its record.
 type Placed = (Py<Segment>, Values, Vec<String>, usize);
-/// Lower and upper ends, correlations, and why the data do not determine parameters.
-type Certain<'py> = (Vector<'py>, Vector<'py>, Matrix<'py>, Vec<(String, &'static str)>);
+/// Lower and upper ends, correlations, why the data do not determine parameters, and values and ends of tied ones.
+type Certain<'py> = (Vector<'py>, Vector<'py>, Matrix<'py>, Vec<(String, &'static str)>, Vec<[f64; 3]>);
 /// What [`LeastSquares`] is made of.
 type Made = (
     Vec<Free>,
@@ -136,7 +165,6 @@ type BySignal<'py> = BTreeMap<&'static str, Vector<'py>>;
 impl LeastSquares {
     /// `ties` are names and expressions of parameters that follow from others.
     #[new]
-    #[pyo3(signature = (parameters, experiment, segments, sensors, fixed, ties, choices))]
     fn new(
         parameters: Vec<Free>,
         experiment: Py<Experiment>,
@@ -325,19 +353,10 @@ impl LeastSquares {
         PyArray2::from_vec2(py, &rows).map_err(refused)
     }
 
-    /// [`refine`]; an effort is relative changes of cost and vector, the tolerance, and whether derivatives are central and the
-    /// search gives up.
-    fn refine<'py>(
-        &self,
-        py: Python<'py>,
-        start: Vec<f64>,
-        loss: &str,
-        effort: (f64, f64, f64, bool, bool),
-    ) -> PyResult<Found<'py>> {
-        let (cost, step, tolerance, is_central, gives_up) = effort;
-        let effort = Effort { cost, step, tolerance, is_central, gives_up };
+    /// [`refine`], as accurately as for a search that another one continues.
+    fn refine<'py>(&self, py: Python<'py>, start: Vec<f64>, loss: &str) -> PyResult<Found<'py>> {
         let loss = loss_of(loss)?;
-        Ok(told(py, self.with(py, |problem| refine(problem, &start, loss, effort, &Unwatched))?))
+        Ok(told(py, self.with(py, |problem| refine(problem, &start, loss, ROUGH, &Unwatched))?))
     }
 
     /// [`scattered`].
@@ -367,47 +386,97 @@ impl LeastSquares {
         Ok((matrix(py, slopes), Array1::from(base).into_pyarray(py)))
     }
 
-    /// [`causes::causes`] of settings, sensors and choices.
-    #[expect(clippy::too_many_arguments, reason = "the Python package calls it")]
+    /// [`causes::causes`] of what is fixed, of RMS residuals beside the noises of the sensors. `units` are the machine's, by the name of
+    /// a parameter or by the SI unit that they replace.
     fn causes(
         &self,
         py: Python<'_>,
         x: Vec<f64>,
-        settings: Vec<Free>,
-        sensors: Vec<Free>,
-        choices: Vec<(String, String, Vec<String>)>,
-        has_clock: bool,
-        is_noise: bool,
+        units: BTreeMap<String, String>,
+        residuals: Vec<(f64, f64)>,
     ) -> PyResult<Vec<CauseParts>> {
-        let of = |every: Vec<Free>| every.into_iter().map(parameter).collect();
-        let choice = |(name, fixed, others)| Choice { name, fixed, others };
-        let choices = choices.into_iter().map(choice).collect();
-        let candidates = Candidates { settings: of(settings), sensors: of(sensors), choices, has_clock };
-        let found = self.abreast(py, |simulated| {
-            causes::causes(simulated, &candidates, &self.study.problem(simulated), &x, is_noise)
+        let is_noise = causes::is_quiet(residuals);
+        let mut candidates = candidates(&self.study.runs());
+        for one in candidates.settings.iter_mut().chain(&mut candidates.sensors) {
+            one.unit = units.get(&one.name).or_else(|| units.get(&one.unit)).unwrap_or(&one.unit).clone();
+        }
+        if is_noise && !candidates.has_clock {
+            return Ok(vec![]);
+        }
+        let found = self.watched(py, &Stage::default(), |threads| {
+            let study = self.study.clone().bounded(threads)?;
+            let simulated = study.simulation(threads);
+            causes::causes(&simulated, &candidates, &study.problem(&simulated), &x, is_noise)
         })?;
-        Ok(found.into_iter().map(of_cause).collect())
+        let found = found.map_err(|Interrupted| refused("interrupted"))?;
+        Ok(found.into_iter().map(|cause| of_cause(cause, &candidates)).collect())
     }
 
-    /// [`intervals::certainty`]: lower and upper ends, correlations, and why the data do not determine a parameter. Ends come from the
-    /// Jacobian, from a number of draws of the bootstrap, or are given.
+    /// Choices that may be causes: name, fixed item, and the others.
+    fn choices(&self) -> Vec<(String, String, Vec<String>)> {
+        let choices = candidates(&self.study.runs()).choices;
+        choices.into_iter().map(|one| (one.name, one.fixed, one.others)).collect()
+    }
+
+    /// [`cross_validate`] over conditions: of each its quantity, its name, and the places of its segments. Its progress goes to
+    /// `watch`, as that of a search.
+    fn cross_validate<'py>(
+        &self,
+        py: Python<'py>,
+        x: Vec<f64>,
+        groups: Vec<(String, String, Vec<usize>)>,
+        loss: &str,
+        law_error: f64,
+        watch: Py<PyAny>,
+    ) -> PyResult<Vec<LeftOut<'py>>> {
+        let group = |(quantity, name, segments)| Group { quantity, name, segments };
+        let groups: Vec<Group> = groups.into_iter().map(group).collect();
+        let (loss, watch) = (loss_of(loss)?, Observer::new(Some(watch), 0.0));
+        let found = self.watched(py, &Stage::default(), |workers| {
+            cross_validate(&self.study, &x, &groups, loss, law_error, workers, &watch)
+        })?;
+        let told = |Case { others, asked, rms, friction }: Case| {
+            let [others, asked] = [others, asked].map(|x| Array1::from(x).into_pyarray(py));
+            (others, asked, rms, friction.map(|Friction { predicted, measured, spread }| (predicted, measured, spread)))
+        };
+        let found = found.map_err(|Interrupted| watch.raised().unwrap_or_else(|| refused("interrupted")))?;
+        Ok(found.into_iter().map(told).collect())
+    }
+
+    /// Lower and upper ends of intervals, correlations, and why the data do not determine a parameter. Ends come from the Jacobian, by
+    /// profile, or from draws of the bootstrap.
+    #[pyo3(signature = (x, method, seed, draws=1000))]
     fn certainty<'py>(
         &self,
         py: Python<'py>,
         x: Vec<f64>,
+        method: &str,
         seed: u64,
-        draws: Option<usize>,
-        given: Option<Vec<[f64; 2]>>,
+        draws: usize,
     ) -> PyResult<Certain<'py>> {
-        let of_draws = |draws: Option<usize>| draws.map_or(Ends::Jacobian, |draws| Ends::Bootstrap(seed, draws));
-        let ends = given.map_or_else(|| of_draws(draws), Ends::Given);
-        let Certainty { intervals, correlation, reasons } =
-            self.with(py, |problem| intervals::certainty(problem, &x, ends))?;
+        let of = |ends| self.with(py, |problem| intervals::certainty(problem, &x, ends));
+        let sure = match method {
+            "jacobian" => of(Ends::Jacobian)?,
+            "bootstrap" => of(Ends::Bootstrap(seed, draws))?,
+            "profile" => {
+                let found = self.watched(py, &Stage::default(), |workers| profile(&self.study, &x, workers))?;
+                found.map_err(|Interrupted| refused("interrupted"))?
+            }
+            _ => {
+                return Err(refused(format!(
+                    "intervals = {method} is refused: it must be jacobian, profile or bootstrap"
+                )));
+            }
+        };
+        let (runs, names) =
+            (self.study.runs(), self.study.ties.iter().map(|tie| tie.name.as_str()).collect::<Vec<_>>());
+        let tied = intervals::tied(&runs.parameters, &names, &|x| runs.values(x), &x, &sure);
+        let Certainty { intervals, correlation, reasons } = sure;
         let [low, high] =
             [0, 1].map(|end| intervals.iter().map(|ends| ends[end]).collect::<Array1<f64>>().into_pyarray(py));
         let named = self.study.parameters.iter().zip(reasons);
         let reasons = named.filter_map(|(one, reason)| Some((one.name.clone(), reason?))).collect();
-        Ok((low, high, matrix(py, correlation), reasons))
+        Ok((low, high, matrix(py, correlation), reasons, tied))
     }
 
     /// Parameters whose values have run to a bound, and the bounds.
@@ -589,14 +658,25 @@ fn outcome(py: Python<'_>, reached: Reached, is_interrupted: bool, workers: usiz
         choices: choices_of(&fitted, workers),
         best: best.map(|best| told(py, best)),
         notes: study.notes,
-        other_form: other_form.map(of_cause),
+        other_form: other_form.map(|cause| of_cause(cause, &candidates(&fitted.runs()))),
         is_interrupted,
     }
 }
 
-fn of_cause(Cause { name, text, estimate, item, signal, share, gain, alike, is_sensor }: Cause) -> CauseParts {
-    let estimate = estimate.map(|(value, [low, high])| (value, low, high));
-    (name, text, estimate, item, signal, share, gain, alike, is_sensor)
+fn of_cause(
+    Cause { name, text, estimate, item, signal, share, gain, alike, is_sensor }: Cause,
+    candidates: &Candidates,
+) -> CauseParts {
+    let mut numbers = candidates.settings.iter().chain(&candidates.sensors);
+    let (start, unit) = numbers.find(|one| one.name == name).map_or((1.0, "1"), |one| (one.start, &one.unit));
+    let (fixed, estimate) = match (estimate, candidates.choices.iter().find(|choice| choice.name == name), item) {
+        (None, Some(choice), Some(item)) => (Fixed::Item(choice.fixed.clone()), Estimated::Item(item)),
+        (estimate, ..) => {
+            let (value, [low, high]) = estimate.unwrap_or((f64::NAN, [f64::NAN; 2]));
+            (Fixed::Number(start), Estimated::Number((value, low, high, unit.to_owned())))
+        }
+    };
+    (name, text, fixed, estimate, signal, share, gain, alike, is_sensor)
 }
 
 fn choices_of(study: &Study, workers: usize) -> Choices {
@@ -621,10 +701,16 @@ pub fn expression_names(text: &str) -> PyResult<Option<Vec<String>>> {
     }
 }
 
-/// Whether RMS residuals, each beside the noise of its sensor, are hardly more than noise.
+/// A parameter with a start and bounds that the user gives.
 #[pyfunction]
-pub fn is_quiet(residuals: Vec<(f64, f64)>) -> bool {
-    causes::is_quiet(residuals)
+pub fn given_parameter(one: Free, start: Option<f64>, bounds: Option<[f64; 2]>) -> PyResult<Free> {
+    parameter(one).given(start, bounds).map(free).map_err(|why| refused(why.0))
+}
+
+/// A number that only expressions use.
+#[pyfunction]
+pub fn number(name: &str, start: f64) -> Free {
+    free(Parameter::of_number(name, start))
 }
 
 /// Covariance of inner values, and the factors from deviations to half intervals.
@@ -638,6 +724,25 @@ pub fn covariance<'py>(
 ) -> PyResult<(Matrix<'py>, Vec<f64>)> {
     let (covariance, factors) = intervals::covariance(&linear(&derivatives, &scores, blocks, records)?);
     Ok((matrix(py, covariance), factors))
+}
+
+/// [`series::joint`].
+#[pyfunction]
+pub fn joint<'py>(
+    py: Python<'py>,
+    problems: Vec<Py<LeastSquares>>,
+    alone: Vec<Vec<f64>>,
+    common: usize,
+) -> PyResult<Together<'py>> {
+    let every: Vec<&LeastSquares> = problems.iter().map(Py::get).collect();
+    let found = every[0].watched(py, &Stage::default(), |workers| {
+        let simulations: Vec<Simulation<'_>> = every.iter().map(|one| one.study.simulation(workers)).collect();
+        let pairs = every.iter().zip(&simulations);
+        let problems: Vec<Problem<'_>> = pairs.map(|(one, simulation)| one.study.problem(simulation)).collect();
+        series::joint(&problems, &alone, common)
+    })?;
+    let Joint { vectors, converged, halves, p } = found.map_err(|Interrupted| refused("interrupted"))?;
+    Ok((vectors.into_iter().map(|x| Array1::from(x).into_pyarray(py)).collect(), converged, halves, p))
 }
 
 /// Parameters that take part in a direction that the residuals do not see.

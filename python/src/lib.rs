@@ -83,6 +83,7 @@ fn fill(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("OWN_MODULE", fmu::OWN)?;
     module.add("FAILED", pneumatic_servo_fit::problem::FAILED)?;
     module.add("PRIOR", pneumatic_servo_fit::problem::PRIOR)?;
+    module.add("REFINED", pneumatic_servo_fit::search::REFINED)?;
     module.add("STEP", pneumatic_servo_fit::problem::STEP)?;
     module.add("TOLERANCE", pneumatic_servo_fit::problem::TOLERANCE)?;
     module.add_function(wrap_pyfunction!(table::is_clock, module)?)?;

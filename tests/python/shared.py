@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any, NoReturn
 from xml.etree import ElementTree
 
+import numpy as np
 import pytest
 from client import Client
 from experiment import signals
@@ -22,6 +23,21 @@ sine = signals("PneumaticServoCylinder")["valveVoltage"]
 def is_styled(figure: Any) -> bool:
     """Whether a figure looks as all of the package do: fine, with an open frame."""
     return bool(figure.dpi == 120) and not any(axis.spines["top"].get_visible() for axis in figure.axes)
+
+
+def faults(**signals: Any) -> list[str]:
+    """What is said of a recorder that wrote these signals, by default 1 ms apart; two underscores are a dot."""
+    from pneumatic_servo import Options
+    from pneumatic_servo.identification.fitting import make_experiment
+
+    rig = make_experiment("rig", "Stribeck", None, Options())
+    rig.use(("time", "valveVoltage", "position", "chamberA.pressure", "chamberB.pressure"))
+    given = {
+        name.replace("__", "."): np.ascontiguousarray(course, dtype=np.float64) for name, course in signals.items()
+    }
+    given.setdefault("time", 1e-3 * np.arange(len(next(iter(given.values())))))
+    found, _ = rig.native.recorder("a table", given, {}, lambda signal, row: f"row {row} of {signal}")
+    return [text for text, *_ in found]
 
 
 def left_out(reason: str) -> NoReturn:

@@ -126,9 +126,9 @@ def test_form_of_the_law_that_is_held_is_noted_and_the_other_one_is_tried() -> N
         found = ps.fit(data, experiment="force", law="LuGre", settings={"mass": 5.0, **known}, fit=free, starts=0,
                        progress=False)  # fmt: skip
         assert any("friction.lugre.vd = 0.01 m/s" in note for note in found.notes) is not bool(known)
-        assert found.problem.suspects()[2] == [("friction.lugre.vd", item, [other])]
+        assert found.problem.native.choices() == [("friction.lugre.vd", item, [other])]
     freed = ps.fit(data, experiment="force", law="LuGre", settings={"mass": 5.0}, starts=0, progress=False)
-    assert "friction.lugre.vd" in freed.values and freed.problem.suspects()[2] == []
+    assert "friction.lugre.vd" in freed.values and freed.problem.native.choices() == []
 
 
 def test_form_of_the_law_that_short_segments_hide_is_named() -> None:

@@ -446,8 +446,6 @@ def test_value_is_fitted_or_known_or_by_default() -> None:
     experiment = EXPERIMENTS["rig"]("Coulomb", {"mass.moving": 3, "delay.position": 0.1}, Options())
     asked = [experiment.beside_value("delay.position", values, 7.0) for values in ({"delay.position": 0.2}, {})]
     assert asked == [0.2, 0.1] and experiment.beside_value("lag.position", {}, 7.0) == 7.0
-    held = experiment.with_value("mass.moving", 5.0).with_value("incline", 0.1)
-    assert held.held == {"mass.moving": 5.0, "incline": 0.1} and experiment.held == {}
 
 
 def test_carriage_rests_where_it_stays_within_its_noise() -> None:

@@ -169,7 +169,7 @@ def test_bootstrap_has_the_quantiles_of_refits_to_drawn_blocks() -> None:
     data = measured(white(3))
     found = fitted(data)
     number = 5000
-    low, high, *_ = found.problem.native.certainty(found.x, 4, number, None)
+    low, high, *_ = found.problem.native.certainty(found.x, "bootstrap", 4, number)
     matrix, force = regressors(), data["frictionForce"][1:]
     parts = [(matrix[block == BLOCKS], force[block == BLOCKS]) for block in range(20)]
     squares = np.array([rows.T @ rows for rows, _ in parts])

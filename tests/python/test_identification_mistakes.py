@@ -11,10 +11,10 @@ import pneumatic_servo as ps
 import pytest
 from named_mistakes import AFTER, COLUMNS, MISTAKES, record, said_after, said_before, tried, with_velocity
 from numpy.typing import NDArray
-from pneumatic_servo.identification import recorder
-from pneumatic_servo.identification.recorder import clipped, leaps
-from pneumatic_servo.identification.signals import SLIDING
+from pneumatic_servo.identification.fitting import make_experiment
+from pneumatic_servo.identification.plausibility import recorded
 from pneumatic_servo.identification.table import Measured
+from shared import faults
 from test_identification_interrupt import stopping
 
 Array = NDArray[np.float64]
@@ -54,20 +54,24 @@ def test_what_looks_like_a_fault_of_a_recorder_and_is_none_is_not_doubted() -> N
     dry = 7.0 * np.sign(np.cos(6.0 * time))
     coarse = 1e-4 * np.round(0.1 * np.sin(3.0 * time) / 1e-4)
     for course in (stopped, dry, coarse, np.full_like(time, 3.0)):
-        assert not list(clipped(course))
+        assert not faults(chamberA__pressure=course)
     started = np.where(time < 1.0, 0.0, 50.0 * (time - 1.0) ** 2)
     for course in (stopped, coarse, started):
-        assert not len(leaps(time, course))
+        assert not any("leaps" in text for text in faults(position=course))
     noisy = np.sin(3.0 * time) + 0.01 * np.random.default_rng(0).standard_normal(len(time))
-    assert [end for end, _ in clipped(np.clip(noisy, -0.5, 0.8))] == [0.8, -0.5]
-    assert list(leaps(time, started + 0.5 * (time > 1.5))) == [1500]
+    above, below = faults(chamberA__pressure=np.clip(noisy, -0.5, 0.8))
+    assert "stays at 0.8 Pa" in above and "stays at -0.5 Pa" in below
+    [leap] = faults(position=started + 0.5 * (time > 1.5))
+    assert leap.startswith("row 1501 of position: position leaps by 0.55")
 
 
 def test_missing_rows_are_noted() -> None:
     """Rows that are lost with their times do no harm; the notes say how many there were."""
     kept = np.delete(np.arange(1000), [100, 101, 500])
     signals = {name: course[:1000][kept] for name, course in record().items()}
-    [note] = recorder.check(Measured("a table", signals, lambda signal, row: f"row {row} of {signal}"), SLIDING)
+    rig = make_experiment("rig", "Stribeck", None, ps.Options())
+    rig.use(signals)
+    [note] = recorded(rig, Measured("a table", signals, lambda signal, row: f"row {row} of {signal}"))
     assert (
         note
         == "a table: 3 samples are missing, the first before row 100 of time; single ones are bridged on straight lines"
@@ -110,12 +114,12 @@ def test_sign_of_a_force_is_doubted() -> None:
 
 
 def test_fit_that_leaves_noise_is_not_asked_for_faults(monkeypatch: pytest.MonkeyPatch) -> None:
-    """With residuals of noise only no fault can explain half, so that no run is made for the question."""
+    """With residuals of noise only no fault can explain half, so that none is told."""
 
     def asked(*_: object) -> None:
         raise AssertionError
 
-    monkeypatch.setattr("pneumatic_servo.identification.causes.free_of", asked)
+    monkeypatch.setattr("pneumatic_servo.identification.causes._told", asked)
     time = np.arange(0.0, 4.0, 2e-3)
     position = 1e-3 * np.sin(6.0 * time)
     friction = 7.0 * np.sign(np.append(0.0, np.diff(position))) + 0.05 * np.random.default_rng(0).standard_normal(2000)

@@ -12,7 +12,7 @@ import pytest
 from named_mistakes import record
 from numpy.typing import NDArray
 from pneumatic_servo.identification.fitted import Estimate
-from pneumatic_servo.identification.recorder import leaps, stopped
+from shared import faults
 
 Array = NDArray[np.float64]
 
@@ -58,20 +58,22 @@ def test_dropped_samples_at_speed_are_named_with_their_time(dropped: int) -> Non
     time = np.arange(0.0, 2.0, 1e-3)
     position = 0.25 + 0.2 * np.sin(4.0 * time) + 1e-5 * np.random.default_rng(0).standard_normal(len(time))
     kept = np.delete(np.arange(len(time)), slice(801, 801 + dropped))
-    assert leaps(time[: len(kept)], position[kept]).tolist() == [800]
-    assert not len(leaps(time, position))
+    [text] = faults(time=time[: len(kept)], position=position[kept])
+    assert text.startswith("row 801 of position: position leaps by") and "at 0.801 s, as no mass does" in text
+    assert not faults(time=time, position=position)
 
 
 def test_clipped_position_is_named_and_an_end_stop_is_not() -> None:
     """Behind the end of its range a carriage goes on; from an end stop it has to speed up first."""
     time = np.arange(0.0, 3.0, 1e-3)
     position = 0.25 + 0.2 * np.sin(4.0 * time)
-    assert list(stopped(np.minimum(position, 0.42))) == [(0.42, int(np.sum(position >= 0.42)))]
-    assert not list(stopped(position))
+    [text] = faults(position=np.minimum(position, 0.42))
+    assert f"position stays at 0.42 m, the end of what it reads, for {np.sum(position >= 0.42)} samples" in text
+    assert not faults(position=position)
     # Against a stop at 0.42 m, where it rests for 0.3 s, and away from it with 5 m/s2.
     into = np.minimum(0.1 + 0.4 * time[:1200], 0.42)
     away = 0.42 - np.minimum(2.5 * time[:400] ** 2, 0.3)
-    assert not list(stopped(np.concatenate([into, away])))
+    assert not faults(position=np.concatenate([into, away]))
 
 
 def test_clipped_position_is_warned_of_with_its_time_and_row() -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from datetime import date
 from pathlib import Path
 from types import SimpleNamespace
@@ -12,115 +12,12 @@ import numpy as np
 import pytest
 from bounds import assert_close
 from numpy.typing import NDArray
-from pneumatic_servo.identification import series
 from pneumatic_servo.identification.fitted import Estimate
 from pneumatic_servo.identification.parameters import Free
-from pneumatic_servo.identification.series import Series, _constant, _doubtful, _estimate, _joint, _places, _widened
-from scipy.optimize import lsq_linear
+from pneumatic_servo.identification.series import Series, _doubtful, _estimate, _places
 from scipy.stats import chi2, norm
 
 Array = NDArray[np.float64]
-
-
-@dataclass(frozen=True)
-class Record:
-    """A record whose residuals are `matrix @ x**power - data`, with a pull of `weight` to 0, and one beginning."""
-
-    matrix: Array
-    data: Array
-    weight: Array
-    power: int = 1
-    most: float = np.inf
-
-    loose = (1,)
-
-    @property
-    def bounds(self) -> tuple[Array, Array]:
-        return np.full(len(self.weight), -np.inf), np.full(len(self.weight), self.most)
-
-    @property
-    def pull(self) -> Array:
-        return self.weight
-
-    def pulls(self, x: Array) -> Array:
-        return self.weight * x
-
-    def residuals(self, vectors: list[Array]) -> Array:
-        return np.array([self.matrix @ x**self.power - self.data for x in vectors])
-
-    def jacobian(self, x: Array) -> Array:
-        return self.matrix * (self.power * x ** (self.power - 1))
-
-
-@pytest.fixture
-def records(monkeypatch: pytest.MonkeyPatch) -> list[Record]:
-    """Three, of two parameters and a beginning each."""
-    monkeypatch.setattr(series, "jacobian", Record.jacobian)
-    rng = np.random.default_rng(1)
-    weight = np.array([0.7, 0.4, 0.0])
-    return [Record(rng.standard_normal((20, 3)), rng.standard_normal(20), weight) for _ in range(3)]
-
-
-def joined(records: list[Record]) -> tuple[Array, Array]:
-    """Return matrix and data of all records in one: the shared parameter first, drawn to 0 once, then each record's."""
-    rows, data = [], []
-    for place, one in enumerate(records):
-        wide = np.zeros((len(one.data) + 3, 7))
-        own = np.vstack([one.matrix, np.diag([one.weight[0] * (place == 0), *one.weight[1:]])])
-        wide[:, 0], wide[:, 1 + 2 * place : 3 + 2 * place] = own[:, 0], own[:, 1:]
-        rows.append(wide)
-        data.append(np.append(one.data, np.zeros(3)))
-    return np.vstack(rows), np.concatenate(data)
-
-
-@pytest.mark.parametrize("most", [np.inf, 0.05])
-def test_joint_fit_is_that_of_all_residuals_at_once(records: list[Record], most: float) -> None:
-    bounded = [replace(one, most=most) for one in records]
-    best = lsq_linear(*joined(records), (-np.inf, np.inf), tol=1e-14).x
-    vectors, is_best = _joint(bounded, [np.array([0.3 * k, -0.2]) for k in range(3)], 1)  # type: ignore[arg-type]
-    found = [vectors[0][0], *np.concatenate([x[1:] for x in vectors])]
-    assert is_best and len({x[0] for x in vectors}) == 1
-    if most == np.inf:
-        assert_close(np.array(found), best, within=7e-15, what="joint fit")
-    else:
-        # A value that a step leads beyond a bound stays there.
-        assert np.max(best) > most == np.max(found)
-
-
-def test_joint_fit_has_ended_where_no_step_is_left_and_not_before(
-    records: list[Record], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Of cubes, from where whole steps lead too far, to where each is the third root of its line's."""
-    exact = [
-        Record(one.matrix[:, :2], one.matrix[:, :2] @ np.array([0.5, k + 1.0]), np.zeros(2), power=3)
-        for k, one in enumerate(records)
-    ]
-    for one in exact:
-        monkeypatch.setattr(type(one), "loose", (0,))
-    begun = [np.array([0.1, 0.3])] * 3
-    vectors, is_best = _joint(exact, begun, 1)  # type: ignore[arg-type]
-    assert is_best
-    for k, x in enumerate(vectors):
-        assert_close(x, np.array([0.5, k + 1.0]) ** (1.0 / 3.0), rel=1e-7, what="roots", why="it ends by its cost")
-    monkeypatch.setattr(series, "ROUNDS", 2)
-    assert not _joint(exact, begun, 1)[1]  # type: ignore[arg-type]
-
-
-def test_values_differ_by_the_chi_square_of_their_weighted_mean() -> None:
-    """Which an error that they have in common does not change."""
-    values, variances = np.array([1.0, 1.5, 0.4, 2.0]), np.array([0.1, 0.2, 0.3, 0.4])
-    mean = np.average(values, weights=1.0 / variances)
-    expected = chi2(3).sf(np.sum((values - mean) ** 2 / variances))
-    assert 0.01 < expected < 0.99
-    assert_close(_constant(values, np.diag(variances)), expected, rel=1e-14, what="p")
-    assert_close(_constant(values, np.diag(variances) + 0.7), expected, rel=1e-14, what="p with a common error")
-
-
-def test_normal_errors_have_the_same_intervals() -> None:
-    spread, factors = np.array([[4.0, -1.0], [-1.0, 9.0]]), np.array([2.5, 3.5])
-    wide = _widened(spread, factors)
-    assert_close(norm.ppf(0.975) * np.sqrt(np.diag(wide)), factors * [2.0, 3.0], rel=1e-14, what="half intervals")
-    assert_close(wide[0, 1] / np.sqrt(wide[0, 0] * wide[1, 1]), -1.0 / 6.0, rel=1e-14, what="correlation")
 
 
 LINE = Free("friction.stribeck.sigma2", "N.s/m", 1.0, -np.inf, np.inf, 10.0)

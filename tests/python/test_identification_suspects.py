@@ -24,6 +24,8 @@ FREE = [*(f"friction.stribeck.{name}" for name in ("Fs", "Fc", "vs", "sigma2")),
         ("supplyPressure", 6e5 - 101325.0, 6e5),
         ("cylinder.bore", 0.02, 0.016),
         ("mass.moving", 1.76, 0.88),
+        # Without the load that is on it.
+        ("mass.moving", 0.11, 0.88),
         ("thermal.model", "Polytropic", "EnergyBalance"),
         ("thermal.model", "Isothermal", "EnergyBalance"),
     ],

@@ -2,6 +2,7 @@
 
 mod contradictions;
 mod ranges;
+mod recorder;
 
 use std::collections::BTreeMap;
 
@@ -12,6 +13,7 @@ use crate::units;
 
 pub use contradictions::contradictions;
 pub use ranges::{findings, outliers, supply};
+pub use recorder::recorder;
 
 /// A change of columns, settings or data that removes the cause of a finding.
 #[derive(Clone, Debug, PartialEq)]
@@ -107,7 +109,12 @@ pub fn check(facts: &Facts<'_>, source: &Source<'_>) -> Vec<Finding> {
         return found;
     }
     match facts.given.kind.records(source.name, source.signals.clone()) {
-        Ok((records, _)) => found.extend(contradictions(facts, &records)),
+        Ok((records, _)) => {
+            if facts.given.kind.name != "points" {
+                found.extend(recorder(facts, source).0);
+            }
+            found.extend(contradictions(facts, &records));
+        }
         Err(refused) => found.push(Finding::refused("time", refused.0, vec![])),
     }
     found

@@ -1,21 +1,19 @@
 """Causes of residuals: fixed settings, choices, a clock and sensors that would explain what a fit leaves.
 
 A supply given gauge for absolute, a voltage that is recorded late, a pressure behind the filter of a recorder: each has
-its own effect on the residuals. The crate `fit` tests them; the page does the same. Here is what may be a cause of the
-residuals of an experiment, and how its simulation changes.
+its own effect on the residuals. The crate `fit` tests them; the page does the same.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from pneumatic_servo import _native
 from pneumatic_servo.identification.fitted import Estimate, Fitted
-from pneumatic_servo.identification.parameters import Free, free_of
 from pneumatic_servo.identification.residuals import Residuals
+from pneumatic_servo.identification.signals import ROTATING
 
 
 @dataclass(frozen=True)
@@ -60,35 +58,19 @@ class Cause:
 
 def causes(fit: Fitted, residuals: Residuals) -> tuple[Cause, ...]:
     """Return at most one setting and one sensor that explain much of what a fit leaves, the best first."""
-    experiment = fit.problem.experiment
-    is_noise = _native.is_quiet([(rms, residuals.noise(signal)) for signal, rms in fit.rms.items()])
-    own, names, choices, has_clock = fit.problem.suspects()
-    fixed = {name: item for name, item, _ in choices}
     if fit.problem.other_form is not None:
-        return (_told(fit.problem.other_form, {}, fixed),)
-    if is_noise and not has_clock:
-        return ()
-    problem = fit.problem.trained().bounded()
+        return (_told(fit.problem.other_form),)
+    experiment = fit.problem.experiment
+    beside = [(rms, residuals.noise(signal)) for signal, rms in fit.rms.items()]
+    trained = fit.problem.trained()
     # Start values of windows are the fitted ones.
-    x = np.concatenate([fit.x, np.zeros(sum(problem.loose))])
-    settings = {numbers[0]: Free.of(numbers, experiment.units.of(numbers[1])) for numbers in own}
-    sensors = {name: free_of(name, experiment, name) for name in names}
-
-    found = problem.native.causes(
-        x, [free.numbers for free in settings.values()], [free.numbers for free in sensors.values()], choices,
-        has_clock, is_noise,
-    )  # fmt: skip
-    every = {**settings, **sensors}
-    return tuple(_told(cause, every, fixed) for cause in found)
+    x = np.concatenate([fit.x, np.zeros(sum(trained.loose))])
+    units = {**(ROTATING if experiment.units.is_rotating else {}), **experiment.beside}
+    return tuple(_told(cause) for cause in trained.native.causes(x, units, beside))
 
 
-def _told(cause: _native.Told, free: Mapping[str, Free], fixed: Mapping[str, str]) -> Cause:
-    """Return a cause that the crate tells, of free parameters that start at their fixed values, or of fixed items."""
-    name, text, interval, item, signal, share, gain, alike, is_sensor = cause
-    given: float | str = free[name].start if name in free else 1.0
-    estimate: Estimate | str
-    if interval is None:
-        given, estimate = fixed[name], str(item)
-    else:
-        estimate = Estimate(*interval, free[name].unit if name in free else "1")
-    return Cause(name, given, estimate, signal, share, gain, tuple(alike), is_sensor, f"{text}.")
+def _told(cause: _native.Told) -> Cause:
+    """Return a cause that the crate tells."""
+    name, text, fixed, estimate, signal, share, gain, alike, is_sensor = cause
+    found = estimate if isinstance(estimate, str) else Estimate(*estimate)
+    return Cause(name, fixed, found, signal, share, gain, tuple(alike), is_sensor, f"{text}.")

@@ -1,8 +1,8 @@
 """Cross-validation of a law over operating conditions: each is left out in turn, and predicted from the others.
 
 That a law describes all conditions together says little of the next one. So the law is fitted without one of them, and
-what it says of that one is held against what was measured there, once as what is left of each signal, and once as
-friction: predicted with an interval, and measured.
+its prediction is compared with the measurement there: by the RMS residual of each signal, and by friction, predicted
+with an interval, and measured. The crate `fit` does both, and states the model of the error of a law.
 """
 
 from __future__ import annotations
@@ -19,13 +19,10 @@ from numpy.typing import NDArray
 
 from pneumatic_servo.figures import BLUE, STYLE, VERMILION, WIDTH, Drawing
 from pneumatic_servo.files import write_csv
-from pneumatic_servo.identification.condition_prediction import FrictionPrediction, SegmentResiduals, predict_friction
 from pneumatic_servo.identification.conditions import Condition
-from pneumatic_servo.identification.experiments import Experiment
 from pneumatic_servo.identification.problem import Problem
 from pneumatic_servo.identification.ranges import Ranges, asked_of
 from pneumatic_servo.identification.signals import SLIDING, Units
-from pneumatic_servo.identification.solve import refine
 from pneumatic_servo.identification.watch import Watch
 from pneumatic_servo.run import table
 
@@ -33,6 +30,41 @@ Array = NDArray[np.float64]
 
 MISSED = 3.0
 """Ratio of predicted to fitted residuals of a condition, from which, without a friction, it is not predicted."""
+USUAL = 0.2
+"""Prior standard deviation of the error of any law in a condition, relative to friction."""
+WIDE = 3.0
+"""An interval whose ends have this ratio tells hardly anything."""
+
+
+@dataclass(frozen=True)
+class FrictionPrediction:
+    """Mean friction of a condition in N: as the other conditions predict it, and as measured, with 95 % intervals."""
+
+    predicted: float
+    low: float
+    high: float
+    measured: float
+    measured_low: float
+    measured_high: float
+    spread: float
+    """Median of tau, as far as the other conditions tell it; NaN if the law has as many parameters as there are."""
+
+    @property
+    def is_within(self) -> bool:
+        """Whether the interval of the prediction contains the measurement."""
+        return self.low <= self.measured <= self.high
+
+    @property
+    def is_wide(self) -> bool:
+        """Whether the interval is so wide that it tells hardly anything."""
+        return self.high > WIDE * self.low
+
+    def said(self, unit: str) -> str:
+        """Return it for people, in a unit."""
+        return (
+            f"predicted {self.predicted:.4g} {unit} [{self.low:.4g}, {self.high:.4g}], "
+            f"measured {self.measured:.4g} {unit} [{self.measured_low:.4g}, {self.measured_high:.4g}]"
+        )
 
 
 @dataclass(frozen=True)
@@ -209,46 +241,20 @@ def cross_validate(
     watch : Watch
         Is told how far it is.
     """
+    told = problem.native.cross_validate(
+        x, [(group.quantity, group.name, list(group.windows)) for group in groups], loss, law_error, watch
+    )
     cases = []
-    for number, group in enumerate(groups, start=1):
-        watch.done(f"condition {number} of {len(groups)}: {group.name} is left out")
+    for group, (of_others, asked, rms, friction) in zip(groups, told, strict=True):
         others = [place for place in range(len(problem.windows)) if place not in group.windows]
-        training, start = _of_windows(problem, x, others)
-        found = refine(training, start, loss).x
-        out, theirs = _of_windows(problem, x, group.windows)
-        asked = np.concatenate([found[: len(problem.free)], theirs[len(problem.free) :]])
-        left = SegmentResiduals.of(out, asked)
-        rms, along = _rms(left), _rms(SegmentResiduals.of(out, theirs))
-        same = _of_others(others, groups, group)
-        beyond = Ranges.of(training, found).beyond(asked_of(out, asked))
-        friction = None
-        if _tells_friction(problem.experiment):
-            friction = predict_friction(training, found, same, out, asked, left, law_error)
+        out = _of_windows(problem, group.windows)
+        beyond = Ranges.of(_of_windows(problem, others), of_others).beyond(asked_of(out, asked))
+        predicted, fitted = (dict(zip(problem.experiment.compared, own, strict=True)) for own in zip(*rms, strict=True))
         samples = sum(window.fitted for window in out.windows)
-        cases.append(Case(group, samples, rms, along, friction, tuple(beyond.values())))
+        prediction = None if friction is None else FrictionPrediction(*friction[0], *friction[1], friction[2])
+        cases.append(Case(group, samples, predicted, fitted, prediction, tuple(beyond.values())))
     return CrossValidation(tuple(cases), problem.experiment.units)
 
 
-def _rms(left: SegmentResiduals) -> dict[str, float]:
-    return {signal: float(np.sqrt(np.mean(rest**2))) for signal, rest in left.by_signal.items()}
-
-
-def _tells_friction(experiment: Experiment) -> bool:
-    return "friction.level" in experiment.simulated.inputs
-
-
-def _of_windows(problem: Problem, x: Array, places: Sequence[int]) -> tuple[Problem, Array]:
-    """Return the problem of some segments alone, and their part of a vector."""
-    count = len(problem.free)
-    ends = count + np.concatenate([[0], np.cumsum(problem.loose)]).astype(int)
-    own = [x[:count], *(x[ends[place] : ends[place + 1]] for place in places)]
-    return replace(problem, windows=tuple(problem.windows[place] for place in places)), np.concatenate(own)
-
-
-def _of_others(others: Sequence[int], groups: Sequence[Condition], out: Condition) -> list[list[int]]:
-    """Return for each other condition of the same quantity where its windows are among those that are fitted."""
-    return [
-        [place for place, window in enumerate(others) if window in group.windows]
-        for group in groups
-        if group.quantity == out.quantity and group is not out
-    ]
+def _of_windows(problem: Problem, places: Sequence[int]) -> Problem:
+    return replace(problem, windows=tuple(problem.windows[place] for place in places))

@@ -25,7 +25,7 @@ from pneumatic_servo.identification.problem import Problem
 from pneumatic_servo.identification.records import Record
 from pneumatic_servo.identification.result import Fit
 from pneumatic_servo.identification.sensor import Sensor
-from pneumatic_servo.identification.solve import ROUGH, refine
+from pneumatic_servo.identification.solve import refine
 from pneumatic_servo.run_errors import Interrupted
 
 Array = NDArray[np.float64]
@@ -152,6 +152,6 @@ def _distance(
         record = Record(record.name, time, 0.0, {**record.signals, **{name: -one for name, one in difference.items()}})
     other, others = rival
     problem = Problem.of(other, [record], others, 0.0).seen_by(sensors).bounded()
-    found = refine(problem, problem.start, effort=ROUGH)
+    found = refine(problem, problem.start)
     [residuals] = problem.residuals([found.x])
     return float(np.linalg.norm(residuals))

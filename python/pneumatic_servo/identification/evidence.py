@@ -22,7 +22,7 @@ from scipy.stats import t as student
 from pneumatic_servo.checks import whole_number
 from pneumatic_servo.files import write_csv
 from pneumatic_servo.identification.compression import triangle
-from pneumatic_servo.identification.intervals import BLOCKS, LEVEL, RANK
+from pneumatic_servo.identification.intervals import LEVEL, RANK
 from pneumatic_servo.identification.posterior import arviz_of
 from pneumatic_servo.identification.problem import Problem
 from pneumatic_servo.identification.result import Fit
@@ -33,6 +33,8 @@ from pneumatic_servo.names import tell_renamed
 
 Array = NDArray[np.float64]
 
+BLOCKS = 20
+"""Blocks of time that count as independent."""
 CHUNK = 50
 """Draws that are simulated at once."""
 FEWEST_BLOCKS = 5

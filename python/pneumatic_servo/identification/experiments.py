@@ -182,7 +182,6 @@ class Experiment:
         self.simulated = self.table if simulated == table else Model(simulated)
         self.notes: list[str] = []
         self.signals: frozenset[str] = frozenset()
-        self.held: dict[str, float] = {}
         self.ties: tuple[Tie, ...] = ()
 
     def __getstate__(self) -> dict[str, Any]:
@@ -197,14 +196,6 @@ class Experiment:
     def tied(self, values: Values) -> dict[str, float]:
         """Return values with the parameters that follow from them."""
         return self.native.tied([(tie.name, tie.text) for tie in self.ties], dict(values))
-
-    def with_value(self, name: str, value: float) -> Experiment:
-        """Return the same experiment with something that was free held at a value."""
-        return self._with(held={**self.held, name: value})
-
-    def with_setting(self, name: str, value: Value) -> Experiment:
-        """Return the same experiment with another known value."""
-        return self._with(settings={**self.settings, name: value})
 
     def with_options(self, **changes: Any) -> Experiment:
         """Return the same experiment with other options, and without notes."""

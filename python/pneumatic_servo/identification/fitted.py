@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from pneumatic_servo.identification.intervals import Certainty
 from pneumatic_servo.identification.problem import Problem
 from pneumatic_servo.identification.signals import Units
 from pneumatic_servo.variables import Value
 
 if TYPE_CHECKING:
     from pneumatic_servo.identification.cross_validation import CrossValidation
+    from pneumatic_servo.identification.intervals import Certainty
     from pneumatic_servo.identification.posterior import Posterior
 
 Array = NDArray[np.float64]

@@ -14,15 +14,21 @@ from pneumatic_servo import checks, effects, values
 from pneumatic_servo.argument_names import quoted
 from pneumatic_servo.chosen_columns import Column, columns_of
 from pneumatic_servo.errors import warn
-from pneumatic_servo.identification import recorder
-from pneumatic_servo.identification.condition_prediction import USUAL
 from pneumatic_servo.identification.conditions import Condition, conditions
+from pneumatic_servo.identification.cross_validation import USUAL
 from pneumatic_servo.identification.cross_validation import cross_validate as cross_validate_by
 from pneumatic_servo.identification.experiments import EXPERIMENTS, INPUTS, REQUIRED, Experiment, Options
 from pneumatic_servo.identification.fitted import Estimate
 from pneumatic_servo.identification.intervals import Certainty, certainty
 from pneumatic_servo.identification.parameters import Free, auxiliary, named_by, parse, split, unit_of, usual, words_of
-from pneumatic_servo.identification.plausibility import assumed, check_known_pressures, checked, compare, judged
+from pneumatic_servo.identification.plausibility import (
+    assumed,
+    check_known_pressures,
+    checked,
+    compare,
+    judged,
+    recorded,
+)
 from pneumatic_servo.identification.problem import Problem, check_jac, tell_underivable
 from pneumatic_servo.identification.records import Record
 from pneumatic_servo.identification.result import Fit
@@ -55,8 +61,6 @@ OF_BENCH = {
 """Properties of a test bench that its model does not have."""
 LEAST, LEAST_POINTS = 5, 2
 """Samples, and points of steady motions of their own, for each parameter."""
-STEP_OF_TIES = 1e-6
-"""Step, as the search sees a parameter, that tells how what is tied to it moves."""
 MOST_LAW_ERROR = 2.0
 """A law that is expected to be off by more says nothing."""
 LOSSES = ("linear", "soft_l1", "huber", "cauchy")
@@ -522,8 +526,7 @@ def _load(experiment: Experiment, sources: list[Measured], loss: str) -> tuple[l
         return records, notes
     if mended:
         records, notes = experiment.records(sources)
-    recorded = [note for source in sources for note in recorder.check(source, experiment.units)]
-    return records, [*mended, *recorded, *notes]
+    return records, [*mended, *(note for source in sources for note in recorded(experiment, source)), *notes]
 
 
 def _check_size(problem: Problem) -> None:
@@ -555,37 +558,12 @@ def _result(problem: Problem, x: Array, converged: bool, message: str, sure: Cer
     if not all(np.isfinite(value) for value in rms.values()):
         why = problem.native.refusal(x)
         converged, message = False, f"the fitted values cannot be simulated: {why}"
-    parameters |= _of_ties(problem, x, sure)
+    parameters |= sure.ties
     return Fit(
         converged=converged, law=problem.experiment.law, parameters=parameters, rms=rms,
         validation_rms=problem.rms(x, held=True), not_identifiable=sure.reasons, aic=_aic(problem, x),
         notes=tuple(notes), problem=problem, x=x, certainty=sure, message=message,
     )  # fmt: skip
-
-
-def _of_ties(problem: Problem, x: Array, sure: Certainty) -> dict[str, Estimate]:
-    """Return estimates of tied parameters, whose errors those of the free ones make in proportion."""
-    if not problem.experiment.ties:
-        return {}
-    halves = np.array([
-        0.5 * (free.inner(high) - free.inner(low)) if np.isfinite(high - low) and low > (0.0 if free.is_logarithmic else
-                                                                                        -np.inf) else np.inf
-        for free, low, high in zip(problem.free, sure.low, sure.high, strict=True)
-    ])  # fmt: skip
-    middle, found = problem.values(x), {}
-    slopes = np.zeros((len(problem.experiment.ties), len(x)))
-    for place in range(len(x)):
-        step = STEP_OF_TIES * max(1.0, abs(float(x[place])))
-        ahead, behind = (problem.values(x + sign * step * np.eye(len(x))[place]) for sign in (1.0, -1.0))
-        slopes[:, place] = [(ahead[tie.name] - behind[tie.name]) / (2.0 * step) for tie in problem.experiment.ties]
-    for tie, slope in zip(problem.experiment.ties, slopes, strict=True):
-        moved = np.flatnonzero(slope)
-        errors = slope[moved] * halves[moved]
-        half = float(np.sqrt(max(errors @ sure.correlation[np.ix_(moved, moved)] @ errors, 0.0)))
-        half = half if np.all(np.isfinite(errors)) else np.inf
-        value = middle[tie.name]
-        found[tie.name] = Estimate(value, value - half, value + half, tie.unit)
-    return found
 
 
 def _aic(problem: Problem, x: Array) -> float:

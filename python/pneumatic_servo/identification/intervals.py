@@ -9,18 +9,14 @@ from numpy.typing import NDArray
 
 from pneumatic_servo import _native
 from pneumatic_servo.identification.compression import triangle
+from pneumatic_servo.identification.fitted import Estimate
 from pneumatic_servo.identification.problem import Problem
-from pneumatic_servo.identification.profile import profile
 
 Array = NDArray[np.float64]
 
-BLOCKS = 20
-"""Stretches of time that count as independent."""
 RANK = 1e-7
 """Singular values below this share of the largest are no information."""
 LEVEL = 0.95
-DRAWS = 1000
-"""Draws of the bootstrap."""
 
 
 @dataclass(frozen=True)
@@ -35,26 +31,22 @@ class Certainty:
         Correlations of the errors.
     reasons : dict
         Parameters that the data do not determine, and why.
+    ties : dict
+        Parameters that follow from others, whose errors those of the estimated ones make in proportion.
     """
 
     low: Array
     high: Array
     correlation: Array
     reasons: dict[str, str]
+    ties: dict[str, Estimate]
 
 
 def certainty(problem: Problem, x: Array, method: str = "jacobian", seed: int = 0) -> Certainty:
     """Return the 95 % intervals: from the Jacobian, by ``profile``, or by block ``bootstrap``."""
-    ends = None
-    if method == "profile":
-        linear = linearised(problem, x)
-        spread, factors = covariance(linear)
-        deviation = np.sqrt(np.clip(np.diag(spread), 0.0, None))
-        deviation[np.array(_native.unseen(linear.derivatives), dtype=bool)] = np.inf
-        ends = np.transpose(profile(problem, x, factors * deviation, np.sqrt(np.diag(linear.white)))).tolist()
-    draws = DRAWS if method == "bootstrap" else None
-    low, high, correlation, reasons = problem.native.certainty(x, seed, draws, ends)
-    return Certainty(low, high, correlation, dict(reasons))
+    low, high, correlation, reasons, tied = problem.native.certainty(x, method, seed)
+    ties = {tie.name: Estimate(*ends, tie.unit) for tie, ends in zip(problem.experiment.ties, tied, strict=True)}
+    return Certainty(low, high, correlation, dict(reasons), ties)
 
 
 @dataclass(frozen=True)
@@ -68,7 +60,7 @@ class Linearised:
     scores : ndarray of shape (samples,)
         Residuals in the same units, of variance 1.
     blocks : ndarray of shape (samples,)
-        Index of the `BLOCKS` stretches of time, for each sample.
+        Index of the block of time, for each sample.
     records : ndarray of shape (samples,)
         Index of the record, for each sample.
     """

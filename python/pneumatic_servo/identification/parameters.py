@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -24,9 +24,6 @@ Array = NDArray[np.float64]
 
 DAMPING_SPEED = "friction.lugre.vd"
 """Speed above which the damping of LuGre's bristles decays; with 0 it is constant, as in the first publication."""
-
-SPAN = 1e3
-"""Factor by which a positive parameter without bounds may be smaller or larger than its start."""
 
 
 @dataclass(frozen=True)
@@ -148,27 +145,17 @@ def parse(word: str, experiment: Experiment) -> Free:
     if len(bounds) not in (0, 2) or not name.strip():
         raise ValueError(f"{where}: it must be NAME[=start][:low:high]")
     free = free_of(name.strip(), experiment, where)
-    if equals:
-        free = replace(free, start=_number(start, free.unit, where), is_given=True)
-    if bounds:
-        low, high = (_number(bound, free.unit, where) for bound in bounds)
-        if not low < high:
-            raise ValueError(f"{where}: the lower bound {_shown(low)} is not below the upper bound {_shown(high)}")
-        _check_range(free, low, high, where)
-        start_value = free.start if equals else min(max(free.start, low), high)
-        free = replace(free, low=low, high=high, start=start_value, is_bounded=True)
-        if low <= 0.0 and free.is_logarithmic:
-            free = replace(free, scale=max(abs(low), abs(high)))
-    elif free.is_logarithmic and free.start > 0.0 and equals:
-        is_usual = free.low <= free.start <= free.high
-        least, most = (free.low, free.high) if is_usual else free.legal
-        free = replace(free, low=max(least, free.start / SPAN), high=min(most, free.start * SPAN))
-    if free.is_logarithmic and free.start <= 0.0:
-        free = replace(free, scale=max(abs(free.high), 1e-300), low=min(free.low, 0.0))
-    for low, high in (free.legal, (free.low, free.high)):
-        if free.start < low or free.start > high:
-            raise ValueError(f"{where}: the start {_shown(free.start)} is not within {_range(low, high, free.unit)}")
-    return free
+    return _given(free, start if equals else None, bounds, where)
+
+
+def _given(free: Free, start: str | None, bounds: Sequence[str], where: str) -> Free:
+    """Return a parameter with a start and bounds as they are written."""
+    number = None if start is None else _number(start, free.unit, where)
+    ends = tuple(_number(bound, free.unit, where) for bound in bounds)
+    try:
+        return Free.of(_native.given_parameter(free.numbers, number, ends or None), free.unit)
+    except ValueError as error:
+        raise ValueError(f"{where}: {error}") from None
 
 
 def _number(text: str, unit: str, where: str) -> float:
@@ -183,12 +170,8 @@ def auxiliary(word: str) -> Free:
     name, _, start = head.partition("=")
     if not start or len(bounds) not in (0, 2):
         raise ValueError(f"{where}: {name} is none of the model, so that it needs a start: NAME=start[:low:high]")
-    value = _number(start, "1", where)
-    low, high = (_number(bound, "1", where) for bound in bounds or ("-1e300", "1e300"))
-    if not low <= value <= high:
-        raise ValueError(f"{where}: the start {_shown(value)} is not within {_range(low, high, '1')}")
-    ends = (low, high) if bounds else (-math.inf, math.inf)
-    return Free(name.strip(), "1", value, *ends, abs(value) or 1.0, True, bool(bounds))
+    free = Free.of(_native.number(name.strip(), _number(start, "1", where)), "1")
+    return _given(free, start, bounds, where)
 
 
 def free_of(name: str, experiment: Experiment, where: str) -> Free:
@@ -208,22 +191,6 @@ def free_of(name: str, experiment: Experiment, where: str) -> Free:
 
 OF_LOAD = ("friction.kappaA", "friction.direction.factor")
 """Parameters of the cylinder that make the load factor of a test bench."""
-
-
-def _check_range(free: Free, low: float, high: float, where: str) -> None:
-    least, most = free.legal
-    if low < least or high > most:
-        raise ValueError(f"{where}: the bounds leave what is legal, {_range(least, most, free.unit)}")
-
-
-def _range(low: float, high: float, unit: str) -> str:
-    """Return a range as people write it, with its unit."""
-    return f"{_shown(low)} to {_shown(high)}" + ("" if unit == "1" else f" {unit}")
-
-
-def _shown(value: float) -> str:
-    """Return a number as people write it: powers of ten are for those too large or too small to be read without."""
-    return f"{value:.10g}"
 
 
 def group_of(law: str, model: Model) -> str:

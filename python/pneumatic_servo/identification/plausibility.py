@@ -54,6 +54,21 @@ def checked(experiment: Experiment, data: Sequence[Measured], loss: str) -> tupl
     return found, notes
 
 
+def recorded(experiment: Experiment, source: Measured) -> list[str]:
+    """Warn of likely effects of a recorder on a table; return notes of harmless ones.
+
+    Warns
+    -----
+    PlantWarning
+        For readings that stop at an end, positions that leap, and rows that are repeated.
+    """
+    given = {signal: plain(values) for signal, values in source.signals.items()}
+    found, notes = experiment.native.recorder(source.name, given, _units(experiment), source.where)
+    for finding in found:
+        _tell(finding)
+    return notes
+
+
 def compare(experiment: Experiment, records: Iterable[Record]) -> None:
     """Refuse a velocity that is not the slope of its position, and warn of signs and chambers that are likely wrong."""
     for finding in experiment.native.contradictions([record.numbers for record in records], _units(experiment)):

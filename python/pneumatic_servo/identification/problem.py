@@ -107,7 +107,7 @@ class Problem:
                 for window in self.windows
             ],
             [sensor.numbers for sensor in sensors],
-            self.experiment.held,
+            {},
             [(tie.name, tie.text) for tie in self.experiment.ties],
             {
                 "step": self.step, "scale": self.scale, "exactness": self.exactness, "most": self.most,
@@ -251,11 +251,6 @@ class Problem:
             before += window.fitted
         _, places = np.unique(np.concatenate(blocks), return_inverse=True)
         return places.astype(np.int64)
-
-    def suspects(self) -> _native.Suspects:
-        """Return what may be a cause of residuals: settings, properties of sensors, choices, and whether a clock."""
-        tied = [tie.name for tie in self.experiment.ties]
-        return self.experiment.native.suspects([*(free.name for free in self.free), *tied])
 
 
 def sensors_of(experiment: Experiment, windows: Sequence[Window]) -> dict[str, Sensor]:

@@ -1,7 +1,6 @@
 """One machine over months: changing and constant parameters.
 
-Every record is fitted alone first. From there all are fitted together, by Gauss-Newton steps in which shared parameters
-have one value and each record has its own of what may change, and of what its windows begin with.
+Every record is fitted alone first. From there the crate `fit` fits all together.
 """
 
 from __future__ import annotations
@@ -19,28 +18,20 @@ from numpy.typing import NDArray
 from scipy.special import ndtri
 from scipy.stats import chi2
 
-from pneumatic_servo import checks
+from pneumatic_servo import _native, checks
 from pneumatic_servo.argument_names import quoted
 from pneumatic_servo.figures import BLUE, GREY, HEIGHT, STYLE, VERMILION, WIDTH, Drawing
 from pneumatic_servo.files import write_csv
 from pneumatic_servo.identification.fitted import Estimate
 from pneumatic_servo.identification.fitting import fit
-from pneumatic_servo.identification.intervals import LEVEL, Linearised, covariance, linearised
+from pneumatic_servo.identification.intervals import LEVEL
 from pneumatic_servo.identification.parameters import Free, split
-from pneumatic_servo.identification.problem import Problem
 from pneumatic_servo.identification.result import Fit
-from pneumatic_servo.identification.solve import jacobian
 from pneumatic_servo.identification.ties import is_expression
 from pneumatic_servo.run_errors import Interrupted
 
 Array = NDArray[np.float64]
 
-ROUNDS = 20
-"""Steps of the joint fit at most."""
-ENDED = 1e-7
-"""Relative change of the cost at which it ends."""
-HALVINGS = 8
-"""Halvings of a step that does not lower the cost."""
 TAKEN = ("columns", "encoding", "settings", "seed", "starts", "rated", "width", "play", "segment", "window", "inputs",
          "workers", "executor", "cluster", "progress")  # fmt: skip
 """Options of a fit that one of a series has, too."""
@@ -237,21 +228,17 @@ def _alone(label: Any, data: Any, free: list[str], experiment: str, law: str, op
 def _together(labels: tuple[Any, ...], fits: Sequence[Fit], common: int) -> Series:
     problems = [found.problem.trained() for found in fits]
     free = problems[0].free
-    vectors, converged = _joint(problems, [found.x for found in fits], common)
-    linear = _linearised(problems, vectors, common)
-    spread, factors = covariance(linear)
-    deviations = np.sqrt(np.diag(spread))
-    halves = factors * deviations
+    vectors, converged, halves, told = _native.joint(
+        [problem.native for problem in problems], [found.x for found in fits], common
+    )
     changing, p = {}, {}
     first, own = vectors[0], len(free) - common
-    for place in range(own):
-        name = free[common + place].name
-        index = common + place + own * np.arange(len(fits))
-        inner = np.array([x[common + place] for x in vectors])
-        changing[name] = tuple(
-            _estimate(free[common + place], value, half) for value, half in zip(inner, halves[index], strict=True)
+    for place, one in enumerate(free[common:]):
+        changing[one.name] = tuple(
+            _estimate(one, float(x[common + place]), halves[common + place + own * record])
+            for record, x in enumerate(vectors)
         )
-        p[name] = _constant(inner, _widened(spread, factors)[np.ix_(index, index)])
+        p[one.name] = told[place]
     is_ended = converged and all(found.converged for found in fits)
     if not is_ended:
         # Where a search has stopped says nothing of what moves.
@@ -263,101 +250,6 @@ def _together(labels: tuple[Any, ...], fits: Sequence[Fit], common: int) -> Seri
         _doubtful(fits, free[:common], first),
         tuple(problem.rms(x) for problem, x in zip(problems, vectors, strict=True)), tuple(fits),
     )  # fmt: skip
-
-
-def _joint(problems: Sequence[Problem], alone: Sequence[Array], common: int) -> tuple[list[Array], bool]:
-    """Return the vectors of all records, whose first parameters are shared, and whether they are the best."""
-    vectors = [np.concatenate([x, np.zeros(sum(one.loose))]) for one, x in zip(problems, alone, strict=True)]
-    middle = np.mean([x[:common] for x in vectors], axis=0)
-    for x in vectors:
-        x[:common] = middle
-    cost = _cost(problems, vectors, common)
-    for _ in range(ROUNDS):
-        moves = _moves(problems, vectors, common)
-        share = 1.0
-        for _ in range(HALVINGS):
-            trial = [_within(one, x + share * move) for one, x, move in zip(problems, vectors, moves, strict=True)]
-            lower = _cost(problems, trial, common)
-            if lower < cost:
-                break
-            share *= 0.5
-        else:
-            return vectors, True
-        has_ended = cost - lower < ENDED * cost
-        vectors, cost = trial, lower
-        if has_ended:
-            return vectors, True
-    return vectors, False
-
-
-def _residuals(problem: Problem, x: Array, common: int, records: int) -> Array:
-    """Return the residuals of a record; priors of shared parameters count once in all records together."""
-    [found] = problem.residuals([x])
-    return np.concatenate([found, _weights(x, common, records) * problem.pulls(x)])
-
-
-def _weights(x: Array, common: int, records: int) -> Array:
-    return np.where(np.arange(len(x)) < common, records**-0.5, 1.0)
-
-
-def _cost(problems: Sequence[Problem], vectors: Sequence[Array], common: int) -> float:
-    parts = [_residuals(one, x, common, len(problems)) for one, x in zip(problems, vectors, strict=True)]
-    return float(sum(part @ part for part in parts))
-
-
-def _moves(problems: Sequence[Problem], vectors: Sequence[Array], common: int) -> list[Array]:
-    """Return a Gauss-Newton step: the shared parameters first, then each record's own in response."""
-    information, slope, parts = np.zeros((common, common)), np.zeros(common), []
-    for problem, x in zip(problems, vectors, strict=True):
-        residuals = _residuals(problem, x, common, len(problems))
-        pulls = np.diag(_weights(x, common, len(problems)) * problem.pull)
-        slopes = np.vstack([jacobian(problem, x), pulls])
-        basis, triangle = np.linalg.qr(slopes[:, common:])
-        rest = slopes[:, :common] - basis @ (basis.T @ slopes[:, :common])
-        information += rest.T @ rest
-        slope += rest.T @ residuals
-        parts.append((residuals, slopes, basis, triangle))
-    step = -np.linalg.pinv(information, hermitian=True) @ slope
-    return [
-        np.concatenate([step, -np.linalg.pinv(triangle) @ (basis.T @ (residuals + slopes[:, :common] @ step))])
-        for residuals, slopes, basis, triangle in parts
-    ]
-
-
-def _within(problem: Problem, x: Array) -> Array:
-    low, high = problem.bounds
-    return np.asarray(np.clip(x, low, high))
-
-
-def _linearised(problems: Sequence[Problem], vectors: Sequence[Array], common: int) -> Linearised:
-    """Return all records about the solution: columns of shared parameters, then of each record's own."""
-    parts = [linearised(problem, x) for problem, x in zip(problems, vectors, strict=True)]
-    own = parts[0].derivatives.shape[1] - common
-    rows, blocks, before = [], [], 0
-    for number, part in enumerate(parts):
-        wide = np.zeros((len(part.derivatives), common + own * len(parts)))
-        wide[:, :common] = part.derivatives[:, :common]
-        wide[:, common + own * number : common + own * (number + 1)] = part.derivatives[:, common:]
-        rows.append(wide)
-        blocks.append(part.blocks + before)
-        before = int(blocks[-1].max()) + 1
-    scores = np.concatenate([part.scores for part in parts])
-    # No record can be left out, since each has parameters of its own.
-    return Linearised(np.vstack(rows), scores, np.concatenate(blocks), np.zeros(len(scores), dtype=np.int64))
-
-
-def _widened(spread: Array, factors: Array) -> Array:
-    """Return the covariance of normal errors with the same intervals."""
-    wide = factors / ndtri(0.5 + 0.5 * LEVEL)
-    return np.asarray(spread * np.outer(wide, wide))
-
-
-def _constant(values: Array, spread: Array) -> float:
-    """Return the p-value of differences among values, given the covariance of their errors."""
-    differences = np.eye(len(values))[1:] - np.eye(len(values))[0]
-    moved = differences @ values
-    statistic = moved @ np.linalg.pinv(differences @ spread @ differences.T, hermitian=True) @ moved
-    return float(chi2.sf(float(statistic), len(values) - 1))
 
 
 def _doubtful(fits: Sequence[Fit], shared: Sequence[Free], x: Array) -> dict[str, float]:

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pneumatic_servo import _native
-from pneumatic_servo.identification.problem import TOLERANCE, Problem
+from pneumatic_servo.identification.problem import Problem
 from pneumatic_servo.identification.records import Record
 from pneumatic_servo.identification.sensor import Sensor
 from pneumatic_servo.identification.watch import Watch
@@ -22,47 +22,12 @@ from pneumatic_servo.tasks import cancel
 
 Array = NDArray[np.float64]
 
-REFINED = 3
+REFINED = _native.REFINED
 """Number of the best starts that are refined."""
 LOOK = 0.1
 """Interval in s between two looks for an interrupt while an executor works."""
 CHUNK = 32
 """Starts that are simulated in one task."""
-
-
-@dataclass(frozen=True)
-class Effort:
-    """Accuracy of a search.
-
-    Attributes
-    ----------
-    cost, step : float
-        Relative changes of cost and vector at which it ends.
-    tolerance : float
-        Relative tolerance of the solver.
-    is_central : bool
-        Whether derivatives are central differences, which take twice as many runs as those to one side.
-    gives_up : bool
-        Whether it ends as well where several vectors in a row have gained little, as along a valley of a model that
-        does not describe the data, which leads on and on to nowhere.
-    """
-
-    cost: float
-    step: float
-    tolerance: float
-    is_central: bool
-    gives_up: bool = False
-
-    @property
-    def numbers(self) -> tuple[float, float, float, bool, bool]:
-        """The effort as the crate takes it."""
-        return self.cost, self.step, self.tolerance, self.is_central, self.gives_up
-
-
-ROUGH = Effort(1e-4, 1e-5, 1e-5, is_central=False, gives_up=True)
-"""For a search that another one continues."""
-FINE = Effort(1e-6, 1e-8, TOLERANCE, is_central=True)
-"""For the last one."""
 
 
 @dataclass(frozen=True)
@@ -85,9 +50,9 @@ def jacobian(problem: Problem, x: Array, *, is_central: bool = True) -> Array:
     return problem.native.sensitivities(x, is_central, True)[0]
 
 
-def refine(problem: Problem, start: Array, loss: str = "linear", effort: Effort = FINE) -> Solution:
-    """Go down from a start."""
-    return Solution(*problem.native.refine(start, loss, effort.numbers))
+def refine(problem: Problem, start: Array, loss: str = "linear") -> Solution:
+    """Go down from a start, as accurately as for a search that another one continues."""
+    return Solution(*problem.native.refine(start, loss))
 
 
 class Reached(NamedTuple):
@@ -211,4 +176,4 @@ def _costs(problem: _native.LeastSquares, vectors: Sequence[Array]) -> Array:
 
 
 def _refined(problem: _native.LeastSquares, start: Array, loss: str) -> tuple[Array, float, bool, str]:
-    return problem.refine(start, loss, ROUGH.numbers)
+    return problem.refine(start, loss)
