@@ -20,7 +20,7 @@ pub use crate::friction::{Contact, ContactLaw, Drive, FrictionContact, FrictionL
 pub use crate::model::{Course, Experiment, Model, Panel, Setup, Signal};
 pub use crate::numbers::{Number, Real, Scalar, Varying, sign};
 pub use crate::pneumatics::actuator::Actuating;
-pub use crate::system::{Event, Holder, Holds, Part, System, Tables};
+pub use crate::system::{Event, Holder, Holds, Part, PartFacts, System, Tables};
 pub use crate::system::{Sample, UNUSED};
 pub use crate::variables::{
     Choice, Fixed, Meaning, Notice, ParameterError, ParameterSet, Tunable, Unit, Values, Variable, units,

@@ -8,7 +8,7 @@ use super::lubrication::Lubrication;
 use super::registry::Friction;
 use super::states::{self, Named};
 use crate::numbers::{Dual, Real, Scalar, Varying};
-use crate::system::{Indicator, Limits, Part, Sample, StateIndex};
+use crate::system::{Indicator, Limits, Part, PartFacts, Sample, StateIndex};
 use crate::variables::{Notice, Variable};
 
 /// A friction law and the place of its states; a model may hold several.
@@ -223,16 +223,7 @@ impl<L: FrictionLaw> FrictionContact<L> {
     }
 }
 
-impl<L: FrictionLaw> Part for FrictionContact<L> {
-    type Memory<S: Varying> = L::Memory<S>;
-    type Sees<S: Scalar> = Contact<S>;
-
-    const EVENTS: usize = Event::COUNT;
-
-    fn indicator_list(group: &str) -> Vec<Indicator> {
-        Event::indicators(group)
-    }
-
+impl<L: FrictionLaw> PartFacts for FrictionContact<L> {
     fn states(&self) -> usize {
         self.count
     }
@@ -255,6 +246,34 @@ impl<L: FrictionLaw> Part for FrictionContact<L> {
         for state in 0..self.named.own() {
             limits[self.first + state] = Limits::within(self.law.range_of(state), self.law.scale_of(state));
         }
+    }
+
+    #[inline(always)]
+    fn max_step(&self) -> f64 {
+        self.max_step
+    }
+
+    fn depends_on_time(&self) -> bool {
+        self.law.depends_on_time()
+    }
+
+    fn variant(&self) -> &'static str {
+        self.law.title()
+    }
+
+    fn notice(&self) -> Option<Notice> {
+        self.law.notice()
+    }
+}
+
+impl<L: FrictionLaw> Part for FrictionContact<L> {
+    type Memory<S: Varying> = L::Memory<S>;
+    type Sees<S: Scalar> = Contact<S>;
+
+    const EVENTS: usize = Event::COUNT;
+
+    fn indicator_list(group: &str) -> Vec<Indicator> {
+        Event::indicators(group)
     }
 
     fn has_events(&self) -> bool {
@@ -296,31 +315,14 @@ impl<L: FrictionLaw> Part for FrictionContact<L> {
     }
 
     #[inline(always)]
-    fn sample<S: Varying>(&self, time: f64, contact: &Contact<S>, x: &[S], memory: &mut L::Memory<S>) {
+    fn sample<S: Varying>(&self, time: f64, contact: &Contact<S>, x: &mut [S], memory: &mut L::Memory<S>) {
         if self.law.next_sample::<S>(memory).time.value() <= time {
             self.law.sample(contact, &x[self.range()], memory);
         }
     }
 
-    #[inline(always)]
-    fn max_step(&self) -> f64 {
-        self.max_step
-    }
-
-    fn depends_on_time(&self) -> bool {
-        self.law.depends_on_time()
-    }
-
     fn fits<S: Varying>(&self, memory: &L::Memory<S>) -> bool {
         self.law.owns::<S>(memory)
-    }
-
-    fn variant(&self) -> &'static str {
-        self.law.title()
-    }
-
-    fn notice(&self) -> Option<Notice> {
-        self.law.notice()
     }
 }
 

@@ -22,7 +22,7 @@ use crate::friction::{
 };
 use crate::model::{Experiment, Functions, Model, Panel, Start};
 use crate::numbers::{Real, Scalar, Varying};
-use crate::system::{Holder, Holds, Part, StateLabel, System, Tables, references};
+use crate::system::{Holder, Holds, Part, PartFacts, StateLabel, System, Tables, references};
 use crate::variables::{Condition, Fixed, ParameterError, ParameterSet, Values, Variable, units};
 use crate::{enumeration, holds, inputs, outputs, parameters, states};
 
@@ -282,8 +282,8 @@ impl<L: FrictionLaw> FrictionBench<L> {
 }
 
 holds! {
-    [L: FrictionLaw] FrictionBench<L>, INPUTS; friction: FrictionContact<L>, "friction", |memory| memory.friction,
-    |bench, time, x, u, memory| bench.contact_at(time, x, &Inputs::read(u), memory)
+    [L: FrictionLaw] FrictionBench<L>, INPUTS; |bench, time, x, u, memory|
+    friction: FrictionContact<L>, "friction", memory.friction, bench.contact_at(time, x, &Inputs::read(u), memory);
 }
 
 impl<L: FrictionLaw> System<INPUTS> for FrictionBench<L> {

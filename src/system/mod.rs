@@ -44,7 +44,7 @@ pub use self::indicators::{Indicator, IndicatorSet, UNUSED};
 pub(crate) use self::jacobian::{jacobian_by_couplings, jacobian_by_duals};
 pub use self::limits::Limits;
 pub use self::longest_steps::LongestSteps;
-pub use self::part::{Holder, Holds, NoPart, Part};
+pub use self::part::{Holder, Holds, MemoryOf, NoPart, Part, PartFacts};
 pub use self::sample::Sample;
 pub use self::solving::{Counters, DEFAULT_TOLERANCE, Scheme, Tuning};
 pub use self::state_index::StateIndex;
@@ -85,7 +85,7 @@ pub trait System<const U: usize>: Clone + Send + 'static {
     /// Values of the event indicators, each in a fixed place: an array of as many as there are, `[S; 0]` for none.
     type Indicators<S: Varying>: IndicatorSet<S>;
 
-    /// The events of the model itself, in the order of their indicators. Those of its [part](Self::parts) follow.
+    /// The events of the model itself, in the order of their indicators. Those of its [parts](Self::parts) follow.
     const EVENTS: &'static [Event] = &[];
 
     /// Number of inputs of the table, of which the equations read the first `U`.
@@ -107,7 +107,7 @@ pub trait System<const U: usize>: Clone + Send + 'static {
     fn parameters(&self) -> &Self::Parameters;
 
     /// What has states, modes or samples of its own in the model, such as a contact, or a row of contacts: the defaults below
-    /// ask it, too.
+    /// ask these parts, too.
     fn parts() -> impl Holds<Self, U> {
         NoPart
     }
@@ -137,7 +137,7 @@ pub trait System<const U: usize>: Clone + Send + 'static {
 
     /// Number of states under these parameters.
     fn states(&self) -> usize {
-        Self::State::OTHERS + Self::parts().part(self).states()
+        Self::State::OTHERS + Self::parts().list(self).map(PartFacts::states).sum::<usize>()
     }
 
     /// The places among `n` of states that are compiled along, but that nothing uses under these parameters. They are left out
@@ -151,7 +151,7 @@ pub trait System<const U: usize>: Clone + Send + 'static {
     /// `relative tolerance * max(scale, |x|)`.
     fn scales<const N: usize>(&self) -> [f64; N] {
         let mut scales = [1.0; N];
-        Self::parts().part(self).write_scales(&mut scales);
+        Self::parts().list(self).for_each(|part| part.write_scales(&mut scales));
         Self::State::ALL.iter().for_each(|state| scales[state.at(N)] = state.scale(self.parameters()));
         scales
     }
@@ -160,7 +160,7 @@ pub trait System<const U: usize>: Clone + Send + 'static {
     /// (another friction law, another rig) it may not be, and keeps its start value.
     fn state_at(&self, reference: u32, n: usize) -> Option<usize> {
         let own = Self::State::of(reference).map(|state| state.at(n));
-        own.or_else(|| Self::parts().part(self).state_at(reference, n))
+        own.or_else(|| Self::parts().list(self).find_map(|part| part.state_at(reference, n)))
     }
 
     /// Descriptions of the indicators, in the order of their indices.
@@ -198,7 +198,7 @@ pub trait System<const U: usize>: Clone + Send + 'static {
     /// Name of the event in a place of the indicators, for messages.
     fn event_name(&self, event: usize) -> &'static str {
         match event.checked_sub(Self::parts().events_before::<Real>()) {
-            Some(event) => Self::parts().part(self).event_name(event),
+            Some(event) => Self::parts().event_name(self, event),
             None => Self::EVENTS[event].name,
         }
     }
@@ -230,7 +230,7 @@ pub trait System<const U: usize>: Clone + Send + 'static {
 
     /// Whether any mode can end: if not, nobody looks at the indicators.
     fn has_events(&self) -> bool {
-        Self::parts().events_before::<Real>() > 0 || Self::parts().part(self).has_events()
+        Self::parts().events_before::<Real>() > 0 || Self::parts().has_events(self)
     }
 
     /// Lets the memory follow an accepted step, or a change of the inputs; must leave the indicators as they are. Returns
@@ -260,7 +260,7 @@ pub trait System<const U: usize>: Clone + Send + 'static {
 
     /// The next sample of a sampled part.
     fn next_sample<S: Varying>(&self, memory: &Self::Memory<S>) -> Sample<S> {
-        Self::parts().part(self).next_sample(Self::parts().memory(memory))
+        Self::parts().next_sample(self, memory)
     }
 
     /// Takes the samples that are due at a time in s.
@@ -281,11 +281,13 @@ pub trait System<const U: usize>: Clone + Send + 'static {
 
     /// Takes notice of a communication point at which a run arrives: samples that show there are taken. It must leave
     /// alone all that the equations depend on.
-    fn arrive<S: Varying, const N: usize>(&self, _time: S, _x: &[S; N], _u: &[S; U], _memory: &mut Self::Memory<S>) {}
+    fn arrive<S: Varying, const N: usize>(&self, time: S, x: &[S; N], u: &[S; U], memory: &mut Self::Memory<S>) {
+        Self::parts().arrive(self, (time, x, u), memory);
+    }
 
     /// Longest step in s the solver may take.
     fn max_step(&self) -> f64 {
-        Self::parts().part(self).max_step()
+        Self::parts().list(self).map(PartFacts::max_step).fold(f64::INFINITY, f64::min)
     }
 
     /// Whether the equations have a meaning at these states (positive pressures, for example).
@@ -302,18 +304,18 @@ pub trait System<const U: usize>: Clone + Send + 'static {
     /// between them.
     fn limits<const N: usize>(&self) -> [Limits; N] {
         let mut limits = self.scales().map(Limits::of_magnitude);
-        Self::parts().part(self).write_limits(&mut limits);
+        Self::parts().list(self).for_each(|part| part.write_limits(&mut limits));
         limits
     }
 
     /// The choice on which the equations depend most, for messages: the friction law, for example.
     fn variant(&self) -> &'static str {
-        Self::parts().part(self).variant()
+        Self::parts().list(self).map(PartFacts::variant).find(|name| !name.is_empty()).unwrap_or_default()
     }
 
     /// Whether the equations depend on time other than through the inputs.
     fn depends_on_time(&self) -> bool {
-        Self::parts().part(self).depends_on_time()
+        Self::parts().list(self).any(PartFacts::depends_on_time)
     }
 
     /// Whether an account of the conserved quantities is kept.
@@ -339,12 +341,12 @@ pub trait System<const U: usize>: Clone + Send + 'static {
 
     /// Whether a memory, read from a saved state, can belong to this system.
     fn fits<S: Varying>(&self, memory: &Self::Memory<S>) -> bool {
-        Self::parts().part(self).fits(Self::parts().memory(memory))
+        Self::parts().fits(self, memory)
     }
 
     /// Warnings about the parameters and the inputs.
     fn notices(&self, _u: &[f64; U]) -> Notices {
-        [Self::parts().part(self).notice(), None, None]
+        [Self::parts().list(self).find_map(PartFacts::notice), None, None]
     }
 
     // Hints for speed. A model may leave all of it out: nothing here changes results, but for rounding and the error that

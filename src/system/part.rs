@@ -1,27 +1,16 @@
 //! Parts: what has states, modes, samples or limits of its own in a model, such as a contact.
 //!
-//! A model says where its [`Part`] and its memory are, and what it tells it ([`Holds`]); then the defaults of [`System`] ask the
-//! part, too. What a model adds of its own it writes in place of a default, and there asks its part by the methods of [`Holds`].
+//! A model says where each [`Part`] and its memory are, and what it tells it ([`holds!`](crate::holds)); then the defaults of
+//! [`System`] ask the parts, too. What a model adds of its own it writes in place of a default, and there asks its parts by the
+//! methods of [`Holds`].
 
 use super::{Indicator, IndicatorSet, Limits, Sample, System};
 use crate::numbers::{Scalar, Varying};
 use crate::variables::Notice;
 
-/// A part of a model. One without states, events, samples or the like leaves the methods about these out.
-pub trait Part: Clone + Send + 'static {
-    /// Its discrete state.
-    type Memory<S: Varying>;
-    /// What the model tells it.
-    type Sees<S: Scalar>;
-
-    /// Number of its events.
-    const EVENTS: usize = 0;
-
-    /// Descriptions of its events in a group of variables.
-    fn indicator_list(_group: &str) -> Vec<Indicator> {
-        Vec::new()
-    }
-
+/// Facts about a part, which hold for all its memories. A part without states, limits or the like leaves the methods about these
+/// out.
+pub trait PartFacts {
     /// Number of its states.
     fn states(&self) -> usize {
         0
@@ -37,6 +26,42 @@ pub trait Part: Clone + Send + 'static {
 
     /// Writes the limits of its states among those of the model.
     fn write_limits(&self, _limits: &mut [Limits]) {}
+
+    /// Longest step in s that the solver may take.
+    fn max_step(&self) -> f64 {
+        f64::INFINITY
+    }
+
+    /// Whether its equations depend on time other than through what it sees.
+    fn depends_on_time(&self) -> bool {
+        false
+    }
+
+    /// The choice on which its equations depend most, for messages.
+    fn variant(&self) -> &'static str {
+        ""
+    }
+
+    /// A warning about its parameters.
+    fn notice(&self) -> Option<Notice> {
+        None
+    }
+}
+
+/// A part of a model. One without events, samples or the like leaves the methods about these out.
+pub trait Part: PartFacts + Clone + Send + 'static {
+    /// Its discrete state.
+    type Memory<S: Varying>;
+    /// What the model tells it.
+    type Sees<S: Scalar>;
+
+    /// Number of its events.
+    const EVENTS: usize = 0;
+
+    /// Descriptions of its events in a group of variables.
+    fn indicator_list(_group: &str) -> Vec<Indicator> {
+        Vec::new()
+    }
 
     /// Whether any of its modes can end.
     fn has_events(&self) -> bool {
@@ -76,48 +101,22 @@ pub trait Part: Clone + Send + 'static {
         Sample::never()
     }
 
+    /// Whether its samples are taken on arrival at a communication point, too: they show there, and the equations do not depend on
+    /// them.
+    const SHOWS: bool = false;
+
     /// Takes the sample that is due at a time in s, if any.
-    fn sample<S: Varying>(&self, _time: f64, _sees: &Self::Sees<S>, _x: &[S], _memory: &mut Self::Memory<S>) {}
-
-    /// Longest step in s that the solver may take.
-    fn max_step(&self) -> f64 {
-        f64::INFINITY
-    }
-
-    /// Whether its equations depend on time other than through what it sees.
-    fn depends_on_time(&self) -> bool {
-        false
-    }
+    fn sample<S: Varying>(&self, _time: f64, _sees: &Self::Sees<S>, _x: &mut [S], _memory: &mut Self::Memory<S>) {}
 
     /// Whether a memory, read from a saved state, can belong to it.
     fn fits<S: Varying>(&self, _memory: &Self::Memory<S>) -> bool {
         true
     }
-
-    /// The choice on which its equations depend most, for messages.
-    fn variant(&self) -> &'static str {
-        ""
-    }
-
-    /// A warning about its parameters.
-    fn notice(&self) -> Option<Notice> {
-        None
-    }
 }
 
-/// A row of equal parts, of which some may be absent: they see nothing, and their memories rest.
-impl<P: Part, const K: usize> Part for [P; K] {
-    type Memory<S: Varying> = [P::Memory<S>; K];
-    type Sees<S: Scalar> = [Option<P::Sees<S>>; K];
-
-    const EVENTS: usize = K * P::EVENTS;
-
-    fn indicator_list(group: &str) -> Vec<Indicator> {
-        (1..=K).flat_map(|number| P::indicator_list(&group.replacen("[]", &format!("[{number}]"), 1))).collect()
-    }
-
+impl<P: Part, const K: usize> PartFacts for [P; K] {
     fn states(&self) -> usize {
-        self.iter().map(Part::states).sum()
+        self.iter().map(PartFacts::states).sum()
     }
 
     fn state_at(&self, reference: u32, n: usize) -> Option<usize> {
@@ -130,6 +129,34 @@ impl<P: Part, const K: usize> Part for [P; K] {
 
     fn write_limits(&self, limits: &mut [Limits]) {
         self.iter().for_each(|part| part.write_limits(limits));
+    }
+
+    fn max_step(&self) -> f64 {
+        self.iter().map(PartFacts::max_step).fold(f64::INFINITY, f64::min)
+    }
+
+    fn depends_on_time(&self) -> bool {
+        self.iter().any(PartFacts::depends_on_time)
+    }
+
+    fn variant(&self) -> &'static str {
+        self.first().map_or("", PartFacts::variant)
+    }
+
+    fn notice(&self) -> Option<Notice> {
+        self.iter().find_map(PartFacts::notice)
+    }
+}
+
+/// A row of equal parts, of which some may be absent: they see nothing, and their memories rest.
+impl<P: Part, const K: usize> Part for [P; K] {
+    type Memory<S: Varying> = [P::Memory<S>; K];
+    type Sees<S: Scalar> = [Option<P::Sees<S>>; K];
+
+    const EVENTS: usize = K * P::EVENTS;
+
+    fn indicator_list(group: &str) -> Vec<Indicator> {
+        (1..=K).flat_map(|number| P::indicator_list(&group.replacen("[]", &format!("[{number}]"), 1))).collect()
     }
 
     fn has_events(&self) -> bool {
@@ -177,7 +204,7 @@ impl<P: Part, const K: usize> Part for [P; K] {
         self.iter().zip(memory).map(|(part, memory)| part.next_sample(memory)).fold(Sample::never(), Sample::earlier)
     }
 
-    fn sample<S: Varying>(&self, time: f64, sees: &Self::Sees<S>, x: &[S], memory: &mut Self::Memory<S>) {
+    fn sample<S: Varying>(&self, time: f64, sees: &Self::Sees<S>, x: &mut [S], memory: &mut Self::Memory<S>) {
         for (place, part) in self.iter().enumerate() {
             if let Some(sees) = &sees[place] {
                 part.sample(time, sees, x, &mut memory[place]);
@@ -185,125 +212,78 @@ impl<P: Part, const K: usize> Part for [P; K] {
         }
     }
 
-    fn max_step(&self) -> f64 {
-        self.iter().map(Part::max_step).fold(f64::INFINITY, f64::min)
-    }
-
-    fn depends_on_time(&self) -> bool {
-        self.iter().any(Part::depends_on_time)
-    }
-
     fn fits<S: Varying>(&self, memory: &Self::Memory<S>) -> bool {
         self.iter().zip(memory).all(|(part, memory)| part.fits(memory))
     }
-
-    fn variant(&self) -> &'static str {
-        self.first().map_or("", Part::variant)
-    }
-
-    fn notice(&self) -> Option<Notice> {
-        self.iter().find_map(Part::notice)
-    }
 }
 
-/// How a model holds its part: where it and its memory are, and what it sees.
+/// The memory of a model.
+#[doc(hidden)]
+pub type MemoryOf<E, const U: usize, S> = <E as System<U>>::Memory<S>;
+
+/// How a model holds its parts, which [`holds!`](crate::holds) says.
 pub trait Holds<E: System<U>, const U: usize>: Copy {
-    /// The part.
-    type Part: Part;
+    /// Number of their events, which come behind those of the model itself.
+    const EVENTS: usize;
 
-    /// The group of its variables; `[]` stands for the numbers of a row of parts.
-    const GROUP: &'static str;
-
-    /// The part of a model.
-    fn part(self, model: &E) -> &Self::Part;
-
-    /// Its memory.
-    fn memory<S: Varying>(self, memory: &E::Memory<S>) -> &<Self::Part as Part>::Memory<S>;
-
-    /// Its memory, to change it.
-    fn memory_mut<S: Varying>(self, memory: &mut E::Memory<S>) -> &mut <Self::Part as Part>::Memory<S>;
-
-    /// What it sees.
-    fn sees<S: Scalar, const N: usize>(
-        self,
-        model: &E,
-        time: S,
-        x: &[S; N],
-        u: &[S; U],
-        memory: &E::Memory<S::Held>,
-    ) -> <Self::Part as Part>::Sees<S>;
-
-    /// Number of events of the model itself, which come before those of the part.
+    /// Number of events of the model itself.
     #[inline(always)]
     fn events_before<S: Varying>(self) -> usize {
-        E::Indicators::<S>::unused().as_ref().len().saturating_sub(Self::Part::EVENTS)
+        E::Indicators::<S>::unused().as_ref().len().saturating_sub(Self::EVENTS)
     }
 
-    /// Descriptions of its events.
-    fn indicator_list(self) -> Vec<Indicator> {
-        Self::Part::indicator_list(Self::GROUP)
-    }
+    /// Descriptions of their events.
+    fn indicator_list(self) -> Vec<Indicator>;
 
-    /// Writes the indicators of its events among those of the model.
-    #[inline(always)]
+    /// The parts of a model.
+    fn list(self, model: &E) -> impl Iterator<Item = &dyn PartFacts>;
+
+    /// Whether any of their modes can end.
+    fn has_events(self, model: &E) -> bool;
+
+    /// Name of an event, by its place among theirs.
+    fn event_name(self, model: &E, event: usize) -> &'static str;
+
+    /// Writes the indicators of their events among those of the model.
     fn write_indicators<S: Varying, const N: usize>(
         self,
         model: &E,
-        (time, x, u): (S, &[S; N], &[S; U]),
+        at: (S, &[S; N], &[S; U]),
         memory: &E::Memory<S>,
         indicators: &mut E::Indicators<S>,
-    ) {
-        if Self::Part::EVENTS > 0 {
-            let own = &mut indicators.as_mut()[self.events_before::<S>()..];
-            self.part(model).write_indicators(&self.sees(model, time, x, u, memory), x, self.memory(memory), own);
-        }
-    }
+    );
 
-    /// Handles an event, by its place among its own.
-    #[inline(always)]
+    /// Handles an event, by its place among theirs.
     fn switch<S: Varying, const N: usize>(
         self,
         model: &E,
         event: usize,
-        (time, x, u): (S, &mut [S; N], &[S; U]),
+        at: (S, &mut [S; N], &[S; U]),
         memory: &mut E::Memory<S>,
-    ) {
-        let sees = self.sees(model, time, x, u, memory);
-        self.part(model).switch(event, &sees, x, self.memory_mut(memory));
-    }
+    );
 
-    /// Lets its memory follow an accepted step; returns whether the derivatives may have changed.
-    #[inline(always)]
+    /// Lets their memories follow an accepted step; returns whether the derivatives may have changed.
     fn follow<S: Varying, const N: usize>(
         self,
         model: &E,
-        (time, x, u): (S, &[S; N], &[S; U]),
+        at: (S, &[S; N], &[S; U]),
         memory: &mut E::Memory<S>,
-    ) -> bool {
-        let part = self.part(model);
-        part.follows() && {
-            let sees = self.sees(model, time, x, u, memory);
-            part.follow(&sees, x, self.memory_mut(memory))
-        }
-    }
+    ) -> bool;
 
-    /// Takes the samples that are due.
-    #[inline(always)]
-    fn sample<S: Varying, const N: usize>(
-        self,
-        model: &E,
-        (time, x, u): (S, &[S; N], &[S; U]),
-        memory: &mut E::Memory<S>,
-    ) {
-        let (part, now) = (self.part(model), time.value());
-        if part.next_sample(self.memory(memory)).time.value() <= now {
-            let sees = self.sees(model, time, x, u, memory);
-            part.sample(now, &sees, x, self.memory_mut(memory));
-        }
-    }
+    /// The next sample of any of them.
+    fn next_sample<S: Varying>(self, model: &E, memory: &E::Memory<S>) -> Sample<S>;
+
+    /// Takes the sample of the part whose sample is the next; others at the same time are the next ones then.
+    fn sample<S: Varying, const N: usize>(self, model: &E, at: (S, &mut [S; N], &[S; U]), memory: &mut E::Memory<S>);
+
+    /// Takes the samples that are due at a communication point and [show](Part::SHOWS) there.
+    fn arrive<S: Varying, const N: usize>(self, model: &E, at: (S, &[S; N], &[S; U]), memory: &mut E::Memory<S>);
+
+    /// Whether memories, read from a saved state, can belong to them.
+    fn fits<S: Varying>(self, model: &E, memory: &E::Memory<S>) -> bool;
 }
 
-/// How a model holds the part that [`holds!`](crate::holds) names.
+/// How a model holds the parts that [`holds!`](crate::holds) lists.
 #[derive(Clone, Copy, Debug)]
 pub struct Holder;
 
@@ -311,85 +291,156 @@ pub struct Holder;
 #[derive(Clone, Copy, Debug)]
 pub struct NoPart;
 
-impl Part for NoPart {
-    type Memory<S: Varying> = [u8; 0];
-    type Sees<S: Scalar> = ();
-}
+crate::holds! { @by NoPart; [E: System<U>, const U: usize] E, U; |model, time, x, u, memory| }
 
-impl<E: System<U>, const U: usize> Holds<E, U> for NoPart {
-    type Part = Self;
-
-    const GROUP: &'static str = "";
-
-    fn part(self, _: &E) -> &Self {
-        &Self
-    }
-
-    fn memory<S: Varying>(self, _: &E::Memory<S>) -> &[u8; 0] {
-        &[]
-    }
-
-    fn memory_mut<S: Varying>(self, _: &mut E::Memory<S>) -> &mut [u8; 0] {
-        &mut []
-    }
-
-    fn sees<S: Scalar, const N: usize>(self, _: &E, _: S, _: &[S; N], _: &[S; U], _: &E::Memory<S::Held>) {}
-}
-
-/// Says how a model holds its part: the generic parameters of the model, the model and its number of inputs, the field of the part
-/// and its type, the group of its variables (`[]` stands for the numbers of a row of parts), the place of its memory, and what it sees.
+/// Lists the parts of a model: the generic parameters of the model, the model and its number of inputs; then of each part its field
+/// and its type, the group of its variables (`[]` stands for the numbers of a row of parts), the place of its memory, and what it
+/// sees.
 ///
 /// ```text
 /// holds! {
-///     [L: FrictionLaw] Slider<L>, 1; friction: FrictionContact<L>, "friction", |memory| memory.friction,
-///     |slider, time, x, u, _memory| slider.contact(time, x, &Inputs::read(u))
+///     [L: FrictionLaw] Slider<L>, 1; |slider, time, x, u, memory|
+///     friction: FrictionContact<L>, "friction", memory.friction, slider.contact(time, x, &Inputs::read(u));
 /// }
 /// ```
 ///
-/// The model then has `fn parts() -> impl Holds<Self, 1> { Holder }`.
+/// The model then has `fn parts() -> impl Holds<Self, 1> { Holder }`. A condition in brackets before a part, a constant, says where
+/// it may have memories that follow steps, or samples; without it, it always may.
 #[macro_export]
 macro_rules! holds {
+    (@sees $part:ty, [$($name:ident),*], $sees:expr) => {{
+        $(let $name = &*$name;)*
+        let sees: <$part as Part>::Sees<S> = $sees;
+        sees
+    }};
     (
-        [$($generic:tt)*] $model:ty, $inputs:expr; $field:ident: $part:ty, $group:expr, |$all:ident| $memory:expr,
-        |$it:ident, $time:ident, $x:ident, $u:ident, $seen:ident| $sees:expr
+        @by $holder:ty; [$($generic:tt)*] $model:ty, $inputs:expr;
+        |$it:ident, $time:ident, $x:ident, $u:ident, $all:ident|
+        $($([$is_used:expr])? $($field:ident).+: $part:ty, $group:expr, $memory:expr, $sees:expr;)*
     ) => {
-        impl<$($generic)*> $crate::system::Holds<$model, { $inputs }> for $crate::system::Holder {
-            type Part = $part;
+        #[allow(unused, reason = "a model may have no part, and a part see nothing")]
+        const _: () = {
+            use $crate::numbers::Varying;
+            use $crate::system::{Holds, Indicator, MemoryOf, Part, PartFacts, Sample, System};
 
-            const GROUP: &'static str = $group;
+            impl<$($generic)*> Holds<$model, { $inputs }> for $holder {
+                const EVENTS: usize = 0 $(+ <$part as Part>::EVENTS)*;
 
-            #[inline(always)]
-            fn part(self, model: &$model) -> &$part {
-                &model.$field
+                fn indicator_list(self) -> Vec<Indicator> {
+                    let lists: &[Vec<Indicator>] = &[$(<$part as Part>::indicator_list($group)),*];
+                    lists.concat()
+                }
+
+                #[inline(always)]
+                fn list(self, $it: &$model) -> impl Iterator<Item = &dyn PartFacts> {
+                    [$(&$it.$($field).+ as &dyn PartFacts),*].into_iter()
+                }
+
+                #[inline(always)]
+                fn has_events(self, $it: &$model) -> bool {
+                    false $(|| Part::has_events(&$it.$($field).+))*
+                }
+
+                fn event_name(self, $it: &$model, event: usize) -> &'static str {
+                    $(let Some(event) = event.checked_sub(<$part as Part>::EVENTS) else {
+                        return Part::event_name(&$it.$($field).+, event);
+                    };)*
+                    ""
+                }
+
+                #[inline(always)]
+                fn write_indicators<S: Varying, const N: usize>(
+                    self,
+                    $it: &$model,
+                    ($time, $x, $u): (S, &[S; N], &[S; $inputs]),
+                    $all: &MemoryOf<$model, { $inputs }, S>,
+                    indicators: &mut <$model as System<{ $inputs }>>::Indicators<S>,
+                ) {
+                    let before = Holds::<$model, { $inputs }>::events_before::<S>(self);
+                    let rest = &mut indicators.as_mut()[before..];
+                    $(let (own, rest) = rest.split_at_mut(<$part as Part>::EVENTS);
+                    if !own.is_empty() {
+                        let sees = $crate::holds!(@sees $part, [], $sees);
+                        Part::write_indicators(&$it.$($field).+, &sees, $x, &$memory, own);
+                    })*
+                }
+
+                #[inline(always)]
+                fn switch<S: Varying, const N: usize>(
+                    self,
+                    $it: &$model,
+                    event: usize,
+                    ($time, $x, $u): (S, &mut [S; N], &[S; $inputs]),
+                    $all: &mut MemoryOf<$model, { $inputs }, S>,
+                ) {
+                    $(let Some(event) = event.checked_sub(<$part as Part>::EVENTS) else {
+                        let sees = $crate::holds!(@sees $part, [$x, $all], $sees);
+                        return Part::switch(&$it.$($field).+, event, &sees, $x, &mut $memory);
+                    };)*
+                }
+
+                #[inline(always)]
+                fn follow<S: Varying, const N: usize>(
+                    self,
+                    $it: &$model,
+                    ($time, $x, $u): (S, &[S; N], &[S; $inputs]),
+                    $all: &mut MemoryOf<$model, { $inputs }, S>,
+                ) -> bool {
+                    let mut has_changed = false;
+                    $(if $($is_used &&)? Part::follows(&$it.$($field).+) {
+                        let sees = $crate::holds!(@sees $part, [$all], $sees);
+                        has_changed |= Part::follow(&$it.$($field).+, &sees, $x, &mut $memory);
+                    })*
+                    has_changed
+                }
+
+                #[inline(always)]
+                fn next_sample<S: Varying>(
+                    self,
+                    $it: &$model,
+                    $all: &MemoryOf<$model, { $inputs }, S>,
+                ) -> Sample<S> {
+                    let mut next = Sample::never();
+                    $(if $($is_used &&)? true {
+                        next = next.earlier(Part::next_sample::<S>(&$it.$($field).+, &$memory));
+                    })*
+                    next
+                }
+
+                #[inline(always)]
+                fn sample<S: Varying, const N: usize>(
+                    self,
+                    $it: &$model,
+                    ($time, $x, $u): (S, &mut [S; N], &[S; $inputs]),
+                    $all: &mut MemoryOf<$model, { $inputs }, S>,
+                ) {
+                    let next = Holds::<$model, { $inputs }>::next_sample::<S>(self, $it, $all);
+                    $(if $($is_used &&)? Part::next_sample::<S>(&$it.$($field).+, &$memory) == next {
+                        let sees = $crate::holds!(@sees $part, [$x, $all], $sees);
+                        return Part::sample(&$it.$($field).+, $time.value(), &sees, $x, &mut $memory);
+                    })*
+                }
+
+                #[inline(always)]
+                fn arrive<S: Varying, const N: usize>(
+                    self,
+                    $it: &$model,
+                    ($time, $x, $u): (S, &[S; N], &[S; $inputs]),
+                    $all: &mut MemoryOf<$model, { $inputs }, S>,
+                ) {
+                    $(if $($is_used &&)? <$part as Part>::SHOWS
+                        && Part::next_sample::<S>(&$it.$($field).+, &$memory).is_due_at($time.value())
+                    {
+                        let sees = $crate::holds!(@sees $part, [$all], $sees);
+                        Part::sample(&$it.$($field).+, $time.value(), &sees, &mut $x.clone(), &mut $memory);
+                    })*
+                }
+
+                fn fits<S: Varying>(self, $it: &$model, $all: &MemoryOf<$model, { $inputs }, S>) -> bool {
+                    true $(&& Part::fits::<S>(&$it.$($field).+, &$memory))*
+                }
             }
-
-            #[inline(always)]
-            fn memory<S: $crate::numbers::Varying>(
-                self,
-                $all: &<$model as $crate::system::System<{ $inputs }>>::Memory<S>,
-            ) -> &<$part as $crate::system::Part>::Memory<S> {
-                &$memory
-            }
-
-            #[inline(always)]
-            fn memory_mut<S: $crate::numbers::Varying>(
-                self,
-                $all: &mut <$model as $crate::system::System<{ $inputs }>>::Memory<S>,
-            ) -> &mut <$part as $crate::system::Part>::Memory<S> {
-                &mut $memory
-            }
-
-            #[inline(always)]
-            fn sees<S: $crate::numbers::Scalar, const N: usize>(
-                self,
-                $it: &$model,
-                $time: S,
-                $x: &[S; N],
-                $u: &[S; $inputs],
-                $seen: &<$model as $crate::system::System<{ $inputs }>>::Memory<S::Held>,
-            ) -> <$part as $crate::system::Part>::Sees<S> {
-                $sees
-            }
-        }
+        };
     };
+    ($($parts:tt)*) => { $crate::holds! { @by $crate::system::Holder; $($parts)* } };
 }

@@ -140,8 +140,8 @@ impl<L: FrictionLaw> DrivenSlider<L> {
 }
 
 holds! {
-    [L: FrictionLaw] DrivenSlider<L>, 1; friction: FrictionContact<L>, "friction", |memory| memory.friction,
-    |slider, time, x, u, _memory| slider.contact(time, x, &Inputs::read(u))
+    [L: FrictionLaw] DrivenSlider<L>, 1; |slider, time, x, u, memory|
+    friction: FrictionContact<L>, "friction", memory.friction, slider.contact(time, x, &Inputs::read(u));
 }
 
 impl<L: FrictionLaw> System<1> for DrivenSlider<L> {

@@ -29,7 +29,7 @@ use crate::model::{Course, Experiment, Functions, Model, Panel, Signal, Start};
 use crate::numbers::{Scalar, Varying};
 #[cfg(feature = "sensitivities")]
 use crate::system::are_alike;
-use crate::system::{Hints, Holder, Holds, Indicator, Part, Sample, StateIndex, System, Tables, UNUSED};
+use crate::system::{Hints, Holder, Holds, Indicator, Part, PartFacts, Sample, StateIndex, System, Tables, UNUSED};
 use crate::variables::{ParameterError, Values};
 
 /// The model as the library offers it.
@@ -283,14 +283,13 @@ impl<L: FrictionLaw> Festoon<L> {
 }
 
 holds! {
-    [L: FrictionLaw] Festoon<L>, 2; friction: [FrictionContact<L>; MAX_TROLLEYS], "trolley[].friction",
-    |memory| memory.friction,
-    |festoon, time, x, u, memory| {
+    [L: FrictionLaw] Festoon<L>, 2; |festoon, time, x, u, memory|
+    friction: [FrictionContact<L>; MAX_TROLLEYS], "trolley[].friction", memory.friction, {
         let (rates, u) = (festoon.rates(x, memory), &Inputs::read(u));
         std::array::from_fn(|trolley| {
             (trolley < festoon.trolleys()).then(|| festoon.contact(time, x, u, &rates, &memory.links, trolley))
         })
-    }
+    };
 }
 
 impl<L: FrictionLaw> System<2> for Festoon<L> {

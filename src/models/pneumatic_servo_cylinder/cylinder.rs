@@ -22,7 +22,7 @@ use crate::pneumatics::actuator::{self, Actuating, Actuator};
 use crate::pneumatics::chamber::{Chambers, Thermal, ThermalModel, tank_wall};
 use crate::pneumatics::gas::{Gas, Reservoir};
 use crate::session::read;
-use crate::system::{Couplings, LongestSteps, Part, Sample, references};
+use crate::system::{Couplings, LongestSteps, Part, PartFacts, Sample, references};
 use crate::variables::{ParameterError, Tunable, Values};
 
 /// The equations of the cylinder for given parameters; `EXTENDED` ones for a cylinder that uses any of the options, or has

@@ -17,7 +17,7 @@ use crate::friction::FrictionLaw;
 use crate::numbers::{Dual, Number, Pair, Varying};
 use crate::pneumatics::actuator::{Actuating, FLOW, STATES};
 use crate::pneumatics::hose::COLUMNS;
-use crate::system::{Couplings, Part, System, jacobian_by_couplings, jacobian_by_duals};
+use crate::system::{Couplings, PartFacts, System, jacobian_by_couplings, jacobian_by_duals};
 
 impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<L, A, EXTENDED> {
     /// Writes the entries of the Jacobian that can differ from zero, and returns the derivatives.

@@ -17,15 +17,15 @@ use crate::pneumatics::actuator::{Actuating, STATES};
 use crate::pneumatics::{gas, orifice};
 use crate::sensor;
 use crate::system::{
-    ClosedForm, Groups, Hints, Holder, Holds, Indicator, Limits, LongestSteps, Part, QUANTITIES, Sample, StateIndex,
-    StateLabel, Stride, System, Tables, UNUSED,
+    ClosedForm, Groups, Hints, Holder, Holds, Indicator, Limits, LongestSteps, Part, PartFacts, QUANTITIES, Sample,
+    StateIndex, StateLabel, Stride, System, Tables, UNUSED,
 };
 use crate::variables::{Notice, Notices, ParameterError, Values};
 
 holds! {
     [L: FrictionLaw, A: Actuating, const EXTENDED: bool, const U: usize] PneumaticServoCylinder<L, A, EXTENDED>, U;
-    friction: FrictionContact<L>, "friction", |memory| memory.friction,
-    |cylinder, time, x, u, memory| cylinder.contact_at(time, x, &Inputs::of(u), memory)
+    |cylinder, time, x, u, memory|
+    friction: FrictionContact<L>, "friction", memory.friction, cylinder.contact_at(time, x, &Inputs::of(u), memory);
 }
 
 /// Equations that read few of the inputs, those which a cylinder without options has a use for, or all of them.

@@ -28,7 +28,7 @@ use crate::model::{Experiment, Functions, Model, Panel, Start};
 use crate::numbers::{Scalar, Tangent, Varying};
 #[cfg(feature = "sensitivities")]
 use crate::system::are_alike;
-use crate::system::{Holder, Holds, Indicator, Part, System, Tables, UNUSED, references};
+use crate::system::{Holder, Holds, Indicator, PartFacts, System, Tables, UNUSED, references};
 use crate::variables::{ParameterError, Values};
 
 /// The model as the library offers it.
@@ -181,8 +181,9 @@ impl<L: FrictionLaw> VibroImpact<L> {
 }
 
 holds! {
-    [L: FrictionLaw] VibroImpact<L>, 1; friction: FrictionContact<L>, "friction", |memory| memory.friction,
-    |system, time, x, u, memory| system.contact(time, x, &Inputs::read(u), system.rate(x, memory), memory.touches)
+    [L: FrictionLaw] VibroImpact<L>, 1; |system, time, x, u, memory|
+    friction: FrictionContact<L>, "friction", memory.friction,
+    system.contact(time, x, &Inputs::read(u), system.rate(x, memory), memory.touches);
 }
 
 impl<L: FrictionLaw> System<1> for VibroImpact<L> {

@@ -116,8 +116,9 @@ impl Row {
 }
 
 holds! {
-    [] Row, 1; contacts: [FrictionContact<Friction>; BLOCKS], "block[].friction", |memory| *memory,
-    |row, time, x, _u, _memory| std::array::from_fn(|block| Some(row.contact(time, x, block)))
+    [] Row, 1; |row, time, x, u, memory|
+    contacts: [FrictionContact<Friction>; BLOCKS], "block[].friction", *memory,
+    std::array::from_fn(|block| Some(row.contact(time, x, block)));
 }
 
 impl System<1> for Row {
