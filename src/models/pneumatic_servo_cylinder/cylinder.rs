@@ -17,12 +17,12 @@ use crate::co_simulation::{AnyRun, run_sized};
 use crate::friction::{self, ContactLaw, Drive, Friction, FrictionContact, FrictionLaw, Law, MAX_STATES};
 use crate::mechanics::{EndStops, GRAVITY, OneSided};
 use crate::model::Start;
-use crate::numbers::{MonotoneCurve, Pair, Real, Scalar, Tangent, Varying};
+use crate::numbers::{MonotoneCurve, Pair, Real, Scalar, Tangent};
 use crate::pneumatics::actuator::{self, Actuating, Actuator};
 use crate::pneumatics::chamber::{Chambers, Thermal, ThermalModel, tank_wall};
 use crate::pneumatics::gas::{Gas, Reservoir};
 use crate::session::read;
-use crate::system::{Couplings, LongestSteps, Part, PartFacts, Sample, references};
+use crate::system::{Couplings, LongestSteps, PartFacts, references};
 use crate::variables::{ParameterError, Tunable, Values};
 
 /// The equations of the cylinder for given parameters; `EXTENDED` ones for a cylinder that uses any of the options, or has
@@ -33,8 +33,6 @@ pub struct PneumaticServoCylinder<L = Friction, A = Actuator, const EXTENDED: bo
     pub(super) options: Options,
     pub(super) lines: Lines,
     pub(super) sensors: Sensors,
-    /// Number of the states of the sensors.
-    pub(super) lags: usize,
     pub(super) actuator: A,
     /// The gas in it and around it.
     pub(super) filling: Gas,
@@ -93,7 +91,9 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
         let area = |diameter: Tangent| PI * diameter * diameter / 4.0;
         let pressures0 = [p.pressure0_a, p.pressure0_b].into();
         let filling = options.gas();
-        let lines = Lines::new(&options, &filling, [p.ambient_pressure, p.ambient_temperature], p.supply_temperature);
+        let mut lines =
+            Lines::new(&options, &filling, [p.ambient_pressure, p.ambient_temperature], p.supply_temperature);
+        lines.behind = sensors.states();
         let [hose_a, hose_b] = lines.added_volumes();
         let areas = [area(p.bore) - area(options.rod_a), area(p.bore) - area(p.rod)];
         let chambers = Chambers {
@@ -158,7 +158,6 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
             p,
             options,
             lines,
-            lags: sensors.states(),
             sensors,
             couplings: Couplings::NONE,
         };
@@ -170,17 +169,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
 
     /// Number of states, for every number of inputs.
     pub fn states(&self) -> usize {
-        State::OTHERS + self.friction.states() + self.lines.states() + self.lags
-    }
-
-    /// The next point in time at which a part changes by itself.
-    pub(super) fn next_change<S: Varying>(&self, memory: &MemoryOf<L, A, S>) -> Sample<S> {
-        let of_friction = self.friction.next_sample::<S>(&memory.friction);
-        if !EXTENDED {
-            return of_friction;
-        }
-        let of_sensors = self.sensors.next_sample(&memory.sensors);
-        self.actuator.next_sample::<S>(&memory.actuator).earlier(of_friction).earlier(of_sensors)
+        State::OTHERS + self.friction.states() + self.lines.states() + self.sensors.states()
     }
 }
 

@@ -15,7 +15,6 @@ use super::cylinder::{MemoryOf, PneumaticServoCylinder};
 use super::ends;
 use super::lines::{HOSE, LINE_STATES, Lines, METER, VESSEL, VOLUMES};
 use super::motion::{self, Guidance};
-use super::sensors;
 use super::sensors::{COUNT, Memory, Sensors};
 use super::states::{Inputs, MOST, PRESSURE_A, PRESSURE_B, State, TEMPERATURE_A, TEMPERATURE_B, of_actuator};
 use super::variables::{ByPart, Outputs};
@@ -25,7 +24,7 @@ use crate::pneumatics::actuator::{Actuating, Ports, STATES};
 use crate::pneumatics::chamber::{ChamberRates, Thermal};
 use crate::pneumatics::gas::{Gas, GasState};
 use crate::pneumatics::orifice::Inflow;
-use crate::system::QUANTITIES;
+use crate::system::{PartFacts, QUANTITIES};
 
 /// Where an actuator is asked for its flow.
 #[derive(Clone, Copy, Debug)]
@@ -111,7 +110,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
             return self.inflow(at, supply, gas);
         }
         let flows = self.through_lines(at, supply, gas);
-        self.put_lines(&flows.rates, rates);
+        self.lines.put(&flows.rates, rates);
         flows.into
     }
 
@@ -531,30 +530,6 @@ pub struct LineFlows<S> {
 
 // Flows in the lines, and the indices of their states in the cylinder's vector.
 impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<L, A, EXTENDED> {
-    /// Places of the states of the lines, and their indices among `n` states.
-    pub(super) fn places_of_lines(&self, n: usize) -> impl Iterator<Item = (usize, usize)> {
-        self.lines.integrated().zip(self.first_of_lines(n)..)
-    }
-
-    /// Index of the first state of the lines among `n` states.
-    #[inline(always)]
-    pub(super) fn first_of_lines(&self, n: usize) -> usize {
-        State::Position.at(n) - self.lags - self.lines.states()
-    }
-
-    /// The states of the lines; 0 for those that are not integrated.
-    #[inline(always)]
-    pub(super) fn of_lines<S: Scalar>(&self, x: &[S]) -> [S; LINE_STATES] {
-        self.lines.placed(&x[self.first_of_lines(x.len())..])
-    }
-
-    /// Puts values of the states of the lines in their places.
-    #[inline(always)]
-    pub(super) fn put_lines<T: Copy>(&self, states: &[T; LINE_STATES], x: &mut [T]) {
-        let first = self.first_of_lines(x.len());
-        self.lines.integrated().zip(&mut x[first..]).for_each(|(place, own)| *own = states[place]);
-    }
-
     /// The pressures in Pa at the ports of the actuator: in the first volumes of hoses, or in the chambers.
     #[inline(always)]
     pub(super) fn pressures_at_valve(&self, x: &[Real]) -> Pair<Real> {
@@ -583,7 +558,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
         if !(EXTENDED && self.lines.hoses.iter().any(Option::is_some)) {
             return [None; 2];
         }
-        let own = &x[self.first_of_lines(x.len())..];
+        let own = &x[self.lines.first(x.len())..];
         std::array::from_fn(|side| self.lines.number(side * HOSE + place).map(|number| own[number]))
     }
 
@@ -591,7 +566,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
     #[inline(always)]
     pub(super) fn vessel_pressure<S: Copy>(&self, x: &[S]) -> Option<S> {
         // It is the last of the states of the lines.
-        let index = || State::Position.at(x.len()) - self.lags - 1;
+        let index = || State::Position.at(x.len()) - self.lines.behind - 1;
         (EXTENDED && self.lines.vessel.is_some()).then(|| x[index()])
     }
 
@@ -603,7 +578,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
         gas: GasState<Pair<S>>,
     ) -> LineFlows<S> {
         let x = at.x;
-        let (states, mut rates) = (self.of_lines(x), [S::zero(); LINE_STATES]);
+        let (states, mut rates) = (self.lines.placed(x), [S::zero(); LINE_STATES]);
         let lines = &self.lines;
         let mut at_valve = gas;
         for (side, _) in lines.hoses.iter().enumerate().filter(|(_, line)| line.is_some()) {
@@ -652,9 +627,9 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
     #[inline(always)]
     pub(super) fn write_lines<S: Scalar>(&self, x: &[S], rates: &[S], slots: &mut [S]) {
         if EXTENDED && self.lines.are_used() {
-            let ((own, rest), states) = (slots.split_at_mut(LINE_STATES), self.of_lines(x));
+            let ((own, rest), states) = (slots.split_at_mut(LINE_STATES), self.lines.placed(x));
             own.copy_from_slice(&states);
-            rest[..LINE_STATES].copy_from_slice(&self.of_lines(rates));
+            rest[..LINE_STATES].copy_from_slice(&self.lines.placed(rates));
             rest[LINE_STATES] = self.lines.consumed_volume(&states);
         } else {
             slots.fill(S::zero());
@@ -664,35 +639,18 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
 
 // Measured quantities and readings of the sensors, and the indices of their states in the cylinder's vector.
 impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<L, A, EXTENDED> {
-    /// Takes the samples of the sensors that are due at a time in s.
-    pub(super) fn take_readings<S: Varying, const N: usize>(
+    /// The measured quantities in the present modes.
+    pub(super) fn quantities<S: Scalar>(
         &self,
         time: S,
-        x: &[S; N],
+        x: &[S],
         u: &Inputs<S>,
-        memory: &mut MemoryOf<L, A, S>,
-    ) {
-        if !self.sensors.next_sample(&memory.sensors).is_due_at(time.value()) {
-            return;
-        }
+        memory: &MemoryOf<L, A, S::Held>,
+    ) -> [S; COUNT] {
         let contact = self.contact_at(time, x, u, memory);
         let friction = self.friction_force(&contact, x, &memory.friction);
         let acceleration = self.acceleration(&contact, friction, &memory.motion);
-        let quantities = self.measured(time, x, u, [acceleration, friction], (&memory.friction, &memory.motion));
-        self.sensors.sample(time.value(), quantities, self.lagged(x), &mut memory.sensors);
-    }
-
-    /// Index of the first state of the sensors among `n` states, if they have any.
-    pub(super) const fn first_of_sensors(n: usize) -> usize {
-        State::Position.at(n) - COUNT
-    }
-
-    /// The states of the sensors, 0 if they have none.
-    pub(super) fn lagged<S: Scalar>(&self, x: &[S]) -> [S; COUNT] {
-        if self.lags == 0 {
-            return [S::zero(); COUNT];
-        }
-        std::array::from_fn(|place| x[Self::first_of_sensors(x.len()) + place])
+        self.measured(time, x, u, [acceleration, friction], (&memory.friction, &memory.motion))
     }
 
     /// Measured quantities, at an acceleration of the carriage, unless it is held, and a friction force in N.
@@ -734,7 +692,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
             states.fill(S::zero());
             return;
         }
-        let lagged = self.lagged(x);
+        let lagged = self.sensors.lagged(x);
         readings.copy_from_slice(&self.sensors.readings(quantities, lagged, memory));
         states[..COUNT].copy_from_slice(&lagged);
         states[COUNT..].copy_from_slice(&self.sensors.rates(quantities, lagged));
@@ -779,10 +737,9 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
         Pair([rates[PRESSURE_A], rates[PRESSURE_B]]) = gas.pressure;
         State::Position.set(rates, rate);
         State::Velocity.set(rates, if self.is_rigidly_imposed() { S::zero() } else { acceleration });
-        if EXTENDED && self.lags > 0 {
+        if EXTENDED && self.sensors.states() > 0 {
             let quantities = self.measured(time, x, u, [acceleration, friction], (&memory.friction, &memory.motion));
-            let own = self.sensors.rates(quantities, self.lagged(x));
-            rates[Self::first_of_sensors(x.len())..][..sensors::COUNT].copy_from_slice(&own);
+            self.sensors.put(&self.sensors.rates(quantities, self.sensors.lagged(x)), rates);
         }
     }
 }
@@ -800,7 +757,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
         let gas = self.gas(x);
         let pressure_volume = gas.pressure * self.chambers.volume(self.lengths(State::Position.get(x)));
         let mass = self.closed(pressure_volume / (gas.temperature * self.filling().constant));
-        let mass = if self.has_lines() { mass + self.lines.mass(&self.of_lines(x).map(S::value)) } else { mass };
+        let mass = if self.has_lines() { mass + self.lines.mass(&self.lines.placed(x).map(S::value)) } else { mass };
         let inner_energy = self.closed(pressure_volume) / (self.filling().heat_ratio - 1.0);
         let kinetic_energy = rate * (0.5 * self.p.moving_mass) * rate;
         [mass, if self.has_gas_energy() { inner_energy + kinetic_energy } else { kinetic_energy }].map(S::value)

@@ -54,7 +54,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
     /// chambers, and under a law of few states.
     fn has_separate_parts(&self) -> bool {
         let leaks_past_piston = self.leaks.as_ref().is_some_and(Leaks::pass_piston);
-        let is_attached = EXTENDED && (self.lines.are_coupled() || self.lags > 0);
+        let is_attached = EXTENDED && (self.lines.are_coupled() || self.sensors.states() > 0);
         !is_attached && !leaks_past_piston && self.friction.states() <= 2
     }
 
@@ -204,7 +204,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
         let mut rates = [0; MOST];
         // The indices of the states of the lines, where they are integrated.
         let mut lines = [None; LINE_STATES];
-        self.places_of_lines(n).for_each(|(place, index)| lines[place] = Some(index));
+        self.lines.places(n).for_each(|(place, index)| lines[place] = Some(index));
         let of_lines = |places: &[usize]| set(places.iter().filter_map(|place| lines[*place]));
         let valve = set(0..STATES) | of_lines(&[VESSEL]);
         let motion = set([State::Position.at(n), State::Velocity.at(n)]);
@@ -246,7 +246,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
 
     /// The states of the sensors, where there are any.
     fn sensor_states(&self, n: usize) -> Range<usize> {
-        State::Position.at(n) - self.lags..State::Position.at(n)
+        State::Position.at(n) - self.sensors.states()..State::Position.at(n)
     }
 }
 

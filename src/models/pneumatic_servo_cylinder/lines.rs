@@ -3,12 +3,13 @@
 //! Hoses, meter and vessel have states of their own, behind the friction states; a cylinder without them has no such states.
 
 use super::options::{Options, ThrottledFlow};
-use crate::numbers::{Number, Real, Scalar, Tangent};
+use super::states::State;
+use crate::numbers::{Number, Real, Scalar, Tangent, Varying};
 use crate::pneumatics::actuator::SUPPLY;
 use crate::pneumatics::gas::{Gas, GasState, Reservoir, THINNEST};
 use crate::pneumatics::hose::{COLUMNS, Hose};
 use crate::pneumatics::orifice::{self, Flow, LAMINAR_RATIO, Orifice};
-use crate::system::{Limits, LongestSteps, references};
+use crate::system::{Limits, LongestSteps, Part, PartFacts, references};
 use crate::variables::{Tunable, Variable, units};
 
 /// Volumes of a hose, each with a pressure.
@@ -36,6 +37,8 @@ pub struct Lines {
     /// The places of the states that are integrated, in the order in which a run has them, and how many these are.
     integrated: [u8; LINE_STATES],
     count: usize,
+    /// Number of states between them and the position: the sensors'.
+    pub behind: usize,
     /// The number of each state among these, by its place.
     numbers: [Option<u8>; LINE_STATES],
     /// The longest explicit steps.
@@ -148,6 +151,7 @@ impl Lines {
             reference_density: gas.reference_density(),
             integrated: [0; LINE_STATES],
             count: 0,
+            behind: 0,
             numbers: [None; LINE_STATES],
         };
         for place in 0..LINE_STATES {
@@ -175,11 +179,6 @@ impl Lines {
         self.longest_steps
     }
 
-    /// Number of integrated states.
-    pub fn states(&self) -> usize {
-        self.count
-    }
-
     /// The places of those that are integrated, in the order in which a run has them.
     pub fn integrated(&self) -> impl Iterator<Item = usize> {
         self.integrated[..self.count].iter().map(|place| usize::from(*place))
@@ -190,12 +189,30 @@ impl Lines {
         self.numbers[place].map(usize::from)
     }
 
-    /// The states by their places, given those that are integrated first; 0 for the others.
+    /// Index of the first of them among `n` states of the cylinder.
     #[inline(always)]
-    pub fn placed<S: Scalar>(&self, own: &[S]) -> [S; LINE_STATES] {
-        let mut states = [S::zero(); LINE_STATES];
-        self.integrated().zip(own).for_each(|(place, state)| states[place] = *state);
+    pub fn first(&self, n: usize) -> usize {
+        State::Position.at(n) - self.behind - self.count
+    }
+
+    /// The places of those that are integrated, and their indices among `n` states of the cylinder.
+    pub fn places(&self, n: usize) -> impl Iterator<Item = (usize, usize)> {
+        self.integrated().zip(self.first(n)..)
+    }
+
+    /// The states by their places, given those of the cylinder; 0 for those that are not integrated.
+    #[inline(always)]
+    pub fn placed<S: Scalar>(&self, x: &[S]) -> [S; LINE_STATES] {
+        let (mut states, first) = ([S::zero(); LINE_STATES], self.first(x.len()));
+        self.integrated().zip(&x[first..]).for_each(|(place, state)| states[place] = *state);
         states
+    }
+
+    /// Puts values of the states, by their places, among those of the cylinder.
+    #[inline(always)]
+    pub fn put<T: Copy>(&self, states: &[T; LINE_STATES], x: &mut [T]) {
+        let first = self.first(x.len());
+        self.integrated().zip(&mut x[first..]).for_each(|(place, own)| *own = states[place]);
     }
 
     /// Whether a state, by its place, is integrated.
@@ -244,27 +261,43 @@ impl Lines {
         self.hoses.iter().enumerate().map(hose).sum::<f64>() + vessel
     }
 
-    /// Whether all pressures in use are positive, given the integrated states first.
-    pub fn are_filled(&self, own: &[f64]) -> bool {
-        self.integrated().zip(own).all(|(place, state)| !is_pressure(place) || *state > 0.0)
+    /// Whether all pressures in use are positive, given the states of the cylinder.
+    pub fn are_filled(&self, x: &[f64]) -> bool {
+        self.places(x.len()).all(|(place, index)| !is_pressure(place) || x[index] > 0.0)
+    }
+}
+
+/// Magnitudes of the states: 1 bar, 1 g/s, and 1 g.
+fn scales() -> [f64; LINE_STATES] {
+    std::array::from_fn(|place| if is_pressure(place) { 1e5 } else { 1e-3 })
+}
+
+impl PartFacts for Lines {
+    #[inline(always)]
+    fn states(&self) -> usize {
+        self.count
     }
 
-    /// Magnitudes of the states: 1 bar, 1 g/s, and 1 g.
-    pub fn scales() -> [f64; LINE_STATES] {
-        std::array::from_fn(|place| if is_pressure(place) { 1e5 } else { 1e-3 })
+    fn state_at(&self, of: u32, n: usize) -> Option<usize> {
+        self.places(n).find(|(place, _)| reference(*place) == of).map(|(_, index)| index)
     }
 
-    /// Values of the states between which the equations hold for an importer's solver.
-    pub fn limits(&self) -> [Limits; LINE_STATES] {
-        let scales = Self::scales();
-        std::array::from_fn(|place| {
-            if is_pressure(place) {
-                Limits::above(THINNEST, scales[place])
-            } else {
-                Limits::of_magnitude(scales[place])
-            }
-        })
+    fn write_scales(&self, all: &mut [f64]) {
+        self.put(&scales(), all);
     }
+
+    fn write_limits(&self, limits: &mut [Limits]) {
+        let of = |place: usize, scale: f64| {
+            if is_pressure(place) { Limits::above(THINNEST, scale) } else { Limits::of_magnitude(scale) }
+        };
+        let scales = scales();
+        self.put(&std::array::from_fn(|place| of(place, scales[place])), limits);
+    }
+}
+
+impl Part for Lines {
+    type Memory<S: Varying> = [u8; 0];
+    type Sees<S: Scalar> = ();
 }
 
 impl Restriction {
@@ -429,11 +462,6 @@ pub fn feeds(chamber: usize) -> [u32; 4] {
 }
 
 impl Lines {
-    /// The state that a variable stands for, if it is integrated, counted among those that are.
-    pub fn state_at(&self, of: u32) -> Option<usize> {
-        self.integrated().position(|place| reference(place) == of)
-    }
-
     /// Number of their variables.
     pub const COMPUTED: usize = 2 * LINE_STATES + 1;
 
@@ -602,18 +630,19 @@ mod tests {
         let one = Lines::of([None, hose()], None, false, &Gas::AIR, air);
         for (lines, pressures) in [(both, 2 * COLUMNS + 1), (one, COLUMNS)] {
             let start = lines.start([2e5, 3e5].map(Real::of), Real::of(7e5));
-            let own: Vec<Real> = lines.integrated().map(|place| start[place]).collect();
-            assert_eq!(lines.placed(&own), start);
-            let own: Vec<f64> = own.into_iter().map(Real::value).collect();
-            assert!(lines.are_filled(&own));
-            let notices = |number: &usize| {
-                let mut states = own.clone();
-                states[*number] = -1e-3;
+            let mut x = [Real::of(0.0); State::OTHERS + LINE_STATES];
+            lines.put(&start, &mut x);
+            assert_eq!(lines.placed(&x), start);
+            let x = x.map(Real::value);
+            assert!(lines.are_filled(&x));
+            let notices = |index: &usize| {
+                let mut states = x;
+                states[*index] = -1e-3;
                 !lines.are_filled(&states)
             };
-            let noticed: Vec<_> = (0..own.len()).filter(notices).collect();
+            let noticed: Vec<_> = (0..x.len()).filter(notices).collect();
             assert_eq!(noticed.len(), pressures, "{noticed:?}");
-            assert!(noticed.iter().all(|number| own[*number] > 0.0), "{noticed:?}");
+            assert!(noticed.iter().all(|index| x[*index] > 0.0), "{noticed:?}");
         }
     }
 }

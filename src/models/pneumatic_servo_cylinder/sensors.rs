@@ -4,10 +4,11 @@
 //! bit of a run. Sensors with a lag have states, in front of the position, which the step control follows; a cylinder whose sensors
 //! have none has none of these.
 
+use super::states::State;
 use crate::numbers::{Scalar, Varying, random};
 use crate::parameters;
 use crate::sensor::{self, Quantity, Sensor};
-use crate::system::{Sample, StateLabel};
+use crate::system::{Part, PartFacts, Sample, StateLabel};
 use crate::variables::{ParameterError, Variable, units};
 
 /// Number of sensors.
@@ -56,15 +57,13 @@ impl Sensors {
         self.all().into_iter().any(Sensor::is_used)
     }
 
-    /// Number of their states, of which those without a lag rest.
-    pub fn states(&self) -> usize {
-        if self.all().into_iter().any(Sensor::has_lag) { COUNT } else { 0 }
-    }
-
-    /// Place of the state that a variable stands for, if it is integrated.
-    pub fn state_at(&self, reference: u32) -> Option<usize> {
-        let place = reference.checked_sub(LAGGED)? as usize;
-        self.all().get(place)?.has_lag().then_some(place)
+    /// Puts values of their states among those of the cylinder, if they have any.
+    #[inline(always)]
+    pub fn put<T: Copy>(&self, values: &[T; COUNT], x: &mut [T]) {
+        if self.states() > 0 {
+            let first = State::Position.at(x.len()) - COUNT;
+            x[first..][..COUNT].copy_from_slice(values);
+        }
     }
 
     /// Refuses contradictory parameters.
@@ -99,19 +98,12 @@ impl Sensors {
         std::array::from_fn(|place| all[place].start(quantities[place], random::next(&mut seeds)))
     }
 
-    /// The next sample of any of them.
-    pub fn next_sample<S: Varying>(&self, memory: &Memory<S>) -> Sample<S> {
-        let samples = self.all().into_iter().zip(memory).map(|(sensor, memory)| sensor.next_sample(memory));
-        samples.fold(Sample::never(), Sample::earlier)
-    }
-
-    /// Takes the samples that are due at a time in s.
-    pub fn sample<S: Varying>(&self, time: f64, quantities: [S; COUNT], lagged: [S; COUNT], memory: &mut Memory<S>) {
-        for (place, (sensor, memory)) in self.all().into_iter().zip(memory).enumerate() {
-            if sensor.next_sample(memory).is_due_at(time) {
-                sensor.sample(quantities[place], lagged[place], memory);
-            }
+    /// Their states, 0 if they have none.
+    pub fn lagged<S: Scalar>(&self, x: &[S]) -> [S; COUNT] {
+        if self.states() == 0 {
+            return [S::zero(); COUNT];
         }
+        std::array::from_fn(|place| x[State::Position.at(x.len()) - COUNT + place])
     }
 
     /// Rates of their states.
@@ -131,11 +123,6 @@ impl Sensors {
     ) -> [S; COUNT] {
         let all = self.all();
         std::array::from_fn(|place| all[place].reading(quantities[place], lagged[place], &memory[place]))
-    }
-
-    /// Magnitudes of their states.
-    pub fn scales() -> [f64; COUNT] {
-        SCALES
     }
 
     /// Number of their variables.
@@ -174,5 +161,47 @@ impl Sensors {
         };
         let all = 0..COUNT;
         all.clone().map(reading).chain(all.clone().map(lagged)).chain(all.map(rate)).collect()
+    }
+}
+
+impl PartFacts for Sensors {
+    /// Those of sensors without a lag rest.
+    fn states(&self) -> usize {
+        if self.all().into_iter().any(Sensor::has_lag) { COUNT } else { 0 }
+    }
+
+    fn state_at(&self, reference: u32, n: usize) -> Option<usize> {
+        let place = reference.checked_sub(LAGGED)? as usize;
+        self.all().get(place)?.has_lag().then_some(State::Position.at(n) - COUNT + place)
+    }
+
+    fn write_scales(&self, scales: &mut [f64]) {
+        self.put(&SCALES, scales);
+    }
+}
+
+impl Part for Sensors {
+    type Memory<S: Varying> = Memory<S>;
+    /// The quantities.
+    type Sees<S: Scalar> = [S; COUNT];
+
+    const SHOWS: bool = true;
+
+    fn next_sample<S: Varying>(&self, memory: &Memory<S>) -> Sample<S> {
+        let samples = self.all().into_iter().zip(memory).map(|(sensor, memory)| sensor.next_sample(memory));
+        samples.fold(Sample::never(), Sample::earlier)
+    }
+
+    fn sample<S: Varying>(&self, time: f64, quantities: &[S; COUNT], x: &mut [S], memory: &mut Memory<S>) {
+        let lagged = self.lagged(x);
+        for (place, (sensor, memory)) in self.all().into_iter().zip(memory).enumerate() {
+            if sensor.next_sample(memory).is_due_at(time) {
+                sensor.sample(quantities[place], lagged[place], memory);
+            }
+        }
+    }
+
+    fn fits<S: Varying>(&self, memory: &Memory<S>) -> bool {
+        memory.iter().all(sensor::Memory::is_sound)
     }
 }

@@ -7,7 +7,7 @@ use super::ends;
 use super::lines::{Lines, METER};
 use super::motion::{self, Guidance};
 use super::parameters::Parameters;
-use super::sensors::{self, Sensors};
+use super::sensors::Sensors;
 use super::states::{ALL, Inputs, PRESSURE_A, PRESSURE_B, State, TEMPERATURE_A, TEMPERATURE_B, of_actuator};
 use super::variables::{self, Outputs};
 use crate::friction::{Event, FrictionContact, FrictionLaw, Indicators, Stiction};
@@ -15,7 +15,6 @@ use crate::holds;
 use crate::numbers::{Number, Pair, Real, Scalar, Varying};
 use crate::pneumatics::actuator::{Actuating, STATES};
 use crate::pneumatics::{gas, orifice};
-use crate::sensor;
 use crate::system::{
     ClosedForm, Groups, Hints, Holder, Holds, Indicator, Limits, LongestSteps, Part, PartFacts, QUANTITIES, Sample,
     StateIndex, StateLabel, Stride, System, Tables, UNUSED,
@@ -25,6 +24,8 @@ use crate::variables::{Notice, Notices, ParameterError, Values};
 holds! {
     [L: FrictionLaw, A: Actuating, const EXTENDED: bool, const U: usize] PneumaticServoCylinder<L, A, EXTENDED>, U;
     |cylinder, time, x, u, memory|
+    [EXTENDED] lines: Lines, "", [], ();
+    [EXTENDED] sensors: Sensors, "sensor", memory.sensors, cylinder.quantities(time, x, &Inputs::of(u), memory);
     friction: FrictionContact<L>, "friction", memory.friction, cylinder.contact_at(time, x, &Inputs::of(u), memory);
 }
 
@@ -83,10 +84,8 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool, const U: usize> System<
             }
         }
         [x[TEMPERATURE_A], x[TEMPERATURE_B]] = [S::along(self.p.ambient_temperature); 2];
-        if EXTENDED && self.lines.are_used() {
-            let states = self.lines.start([x[PRESSURE_A], x[PRESSURE_B]], self.at_least_ambient(u.supply_pressure));
-            self.put_lines(&states, &mut x);
-        }
+        let lines = self.lines.start([x[PRESSURE_A], x[PRESSURE_B]], self.at_least_ambient(u.supply_pressure));
+        self.lines.put(&lines, &mut x);
         let (states, actuator) = self.actuator.start(u.commands());
         x[..STATES].copy_from_slice(&states);
         let rate = if self.is_rigidly_imposed() { u.imposed_velocity } else { State::Velocity.get(&x) };
@@ -97,9 +96,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool, const U: usize> System<
         let force = self.friction_force(&contact, &x, &friction);
         let acceleration = self.acceleration(&contact, force, &motion);
         let quantities = self.measured(S::zero(), &x, &u, [acceleration, force], (&friction, &motion));
-        if EXTENDED && self.lags > 0 {
-            x[Self::first_of_sensors(N)..][..sensors::COUNT].copy_from_slice(&quantities);
-        }
+        self.sensors.put(&quantities, &mut x);
         let ends = self.switched(&x, ends::Memory::default());
         (x, Memory { actuator, friction, sensors: self.sensors.start(quantities), motion, ends })
     }
@@ -119,12 +116,8 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool, const U: usize> System<
             Some(State::Velocity) if self.is_rigidly_imposed() => None,
             own => own.map(|state| state.at(n)),
         };
-        let of_lines = || self.lines.state_at(reference).and_then(|place| self.places_of_lines(n).nth(place));
-        let of_sensors = || self.sensors.state_at(reference).map(|place| Self::first_of_sensors(n) + place);
-        own.or_else(|| self.friction.state_at(reference, n))
-            .or_else(|| self.actuator.state_at(reference))
-            .or_else(|| of_lines().map(|(_, index)| index))
-            .or_else(of_sensors)
+        let of_parts = || <Self as System<U>>::parts().list(self).find_map(|part| part.state_at(reference, n));
+        own.or_else(of_parts).or_else(|| self.actuator.state_at(reference))
     }
 
     fn kink_list() -> Vec<Indicator> {
@@ -215,22 +208,18 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool, const U: usize> System<
         u: &[S; U],
         memory: &mut MemoryOf<L, A, S>,
     ) -> bool {
-        let u = &Inputs::of(u);
-        self.actuator.follow(u.commands(), &mut memory.actuator);
-        if EXTENDED {
-            self.actuator.command(time, u.commands(), &mut memory.actuator);
-            memory.ends = self.switched(x, memory.ends);
-        }
+        let commands = Inputs::of(u).commands();
         // The velocity is worked out only for a law that asks for it.
-        if !self.friction.follows() {
-            return false;
-        }
-        let rate = self.rate(time, x, u, memory);
-        if self.is_rigidly_imposed() {
+        if self.is_rigidly_imposed() && self.friction.follows() {
+            let rate = self.rate(time, x, &Inputs::of(u), memory);
             memory.motion.trend.follow(rate);
         }
-        let contact = self.contact(time, x, u, rate, None, &memory.motion);
-        self.friction.follow(&contact, x, &mut memory.friction)
+        self.actuator.follow(commands, &mut memory.actuator);
+        if EXTENDED {
+            self.actuator.command(time, commands, &mut memory.actuator);
+            memory.ends = self.switched(x, memory.ends);
+        }
+        Holder.follow(self, (time, x, u), memory)
     }
 
     fn begin<S: Varying, const N: usize>(
@@ -250,12 +239,14 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool, const U: usize> System<
     }
 
     fn next_sample<S: Varying>(&self, memory: &MemoryOf<L, A, S>) -> Sample<S> {
-        self.next_change(memory)
+        let of_parts = <Self as System<U>>::parts().next_sample::<S>(self, memory);
+        if EXTENDED { self.actuator.next_sample::<S>(&memory.actuator).earlier(of_parts) } else { of_parts }
     }
 
     fn depends_on_time(&self) -> bool {
-        let is_coupled = || matches!(self.guidance, Guidance::Compliant { .. });
-        self.friction.depends_on_time() || (EXTENDED && (is_coupled() || self.actuator.depends_on_time()))
+        let is_coupled = matches!(self.guidance, Guidance::Compliant { .. });
+        let of_parts = || <Self as System<U>>::parts().list(self).any(PartFacts::depends_on_time);
+        is_coupled || of_parts() || self.actuator.depends_on_time()
     }
 
     fn rounded(&self) -> Vec<String> {
@@ -274,27 +265,14 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool, const U: usize> System<
     }
 
     fn sample<S: Varying, const N: usize>(&self, time: S, x: &mut [S; N], u: &[S; U], memory: &mut MemoryOf<L, A, S>) {
-        if EXTENDED {
-            // One part at a time, the earliest; the others follow when they are the earliest.
-            let next = self.next_change(memory);
-            if self.actuator.next_sample::<S>(&memory.actuator) == next {
-                let mut states = of_actuator(x);
-                self.actuator.sample(&mut states, Inputs::of(u).commands(), &mut memory.actuator);
-                x[..STATES].copy_from_slice(&states);
-                return;
-            }
-            if self.sensors.next_sample(&memory.sensors) == next {
-                self.take_readings(time, x, &Inputs::of(u), memory);
-                return;
-            }
+        let next = System::<U>::next_sample::<S>(self, memory);
+        if EXTENDED && self.actuator.next_sample::<S>(&memory.actuator) == next {
+            let mut states = of_actuator(x);
+            self.actuator.sample(&mut states, Inputs::of(u).commands(), &mut memory.actuator);
+            x[..STATES].copy_from_slice(&states);
+            return;
         }
         Holder.sample(self, (time, x, u), memory);
-    }
-
-    fn arrive<S: Varying, const N: usize>(&self, time: S, x: &[S; N], u: &[S; U], memory: &mut MemoryOf<L, A, S>) {
-        if EXTENDED {
-            self.take_readings(time, x, &Inputs::of(u), memory);
-        }
     }
 
     fn admit<const N: usize>(&self, x: &[f64; N]) -> Result<(), &'static str> {
@@ -324,7 +302,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool, const U: usize> System<
             let imposed = IMPOSED.get(place).filter(|_| !self.is_free());
             return Err(imposed.unwrap_or(&REASONS[place]));
         }
-        if EXTENDED && self.lines.are_used() && !self.lines.are_filled(&x[self.first_of_lines(N)..]) {
+        if EXTENDED && !self.lines.are_filled(x) {
             return Err("the pressure in a hose or in the vessel falls to 0");
         }
         self.admit_lubrication(x)
@@ -334,7 +312,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool, const U: usize> System<
         let scales: [f64; N] = System::<U>::scales(self);
         let mut limits = scales.map(Limits::of_magnitude);
         limits[State::Position.at(N)] = self.stops.limits();
-        self.friction.write_limits(&mut limits);
+        <Self as System<U>>::parts().list(self).for_each(|part| part.write_limits(&mut limits));
         for (state, least) in [
             (State::PressureA, gas::THINNEST),
             (State::PressureB, gas::THINNEST),
@@ -343,22 +321,13 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool, const U: usize> System<
         ] {
             limits[state.at(N)] = Limits::above(least, state.scale(&self.p));
         }
-        if EXTENDED && self.lines.are_used() {
-            self.put_lines(&self.lines.limits(), &mut limits);
-        }
         limits
     }
 
     fn scales<const N: usize>(&self) -> [f64; N] {
         let mut scales = [1.0; N];
-        self.friction.write_scales(&mut scales);
+        <Self as System<U>>::parts().list(self).for_each(|part| part.write_scales(&mut scales));
         scales[..STATES].copy_from_slice(&self.actuator.scales());
-        if EXTENDED && self.lines.are_used() {
-            self.put_lines(&Lines::scales(), &mut scales);
-        }
-        if EXTENDED && self.lags > 0 {
-            scales[Self::first_of_sensors(N)..][..sensors::COUNT].copy_from_slice(&Sensors::scales());
-        }
         State::ALL.iter().for_each(|state| scales[state.at(N)] = state.scale(&self.p));
         scales
     }
@@ -378,10 +347,8 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool, const U: usize> System<
     }
 
     fn fits<S: Varying>(&self, memory: &MemoryOf<L, A, S>) -> bool {
-        self.actuator.fits::<S>(&memory.actuator)
-            && self.friction.fits::<S>(&memory.friction)
-            && memory.sensors.iter().all(sensor::Memory::is_sound)
-            && memory.motion.is_sound()
+        let fit = <Self as System<U>>::parts().fits::<S>(self, memory);
+        fit && self.actuator.fits::<S>(&memory.actuator) && memory.motion.is_sound()
     }
 
     // Hints for speed.
@@ -394,7 +361,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool, const U: usize> System<
         if !EXTENDED {
             return None;
         }
-        self.lines.number(METER).map(|number| self.first_of_lines(n) + number)
+        self.lines.number(METER).map(|number| self.lines.first(n) + number)
     }
 
     fn at_hand<S: Varying, const N: usize>(&self, place: usize, x: &[S; N], memory: &Self::Memory<S>) -> Option<S> {
