@@ -2,7 +2,7 @@
 //! made. The laws of this library are one catalogue; another crate makes its own with [`laws!`](crate::laws).
 
 use super::law::{Contact, FrictionLaw};
-use super::lubrication::Lubrication;
+use super::lubrication::Film;
 use crate::numbers::Scalar;
 
 /// The force of one law: a function of its own, so that a short law does not save the registers that a long one needs.
@@ -24,12 +24,12 @@ pub fn force<L: FrictionLaw, S: Scalar>(
 pub fn lubricated_force<L: FrictionLaw, S: Scalar>(
     law: &L,
     contact: &Contact<S>,
-    lubrication: Lubrication<S>,
+    film: impl Film<S>,
     z: &[S],
     memory: &L::Memory<S::Held>,
     rates: &mut [S],
 ) -> S {
-    law.lubricated_force(contact, lubrication, z, memory, rates)
+    law.lubricated_force(contact, film, z, memory, rates)
 }
 
 #[doc(hidden)]
@@ -140,7 +140,7 @@ macro_rules! law_items {
 
         const _: () = {
             use $crate::friction::law::NamedState;
-            use $crate::friction::{Contact, Drive, Event, FrictionLaw, Indicators, Lubrication, StateKind, Stiction};
+            use $crate::friction::{Contact, Drive, Event, FrictionLaw, Indicators, Film, StateKind, Stiction};
             use $crate::system::Sample;
             use $crate::numbers::{Scalar, Varying};
             use $crate::variables::{Choice, Meaning, Notice, ParameterError, ParameterSet, Tunable, Variable};
@@ -288,13 +288,13 @@ macro_rules! law_items {
                 fn lubricated_force<S: Scalar>(
                     &self,
                     contact: &Contact<S>,
-                    lubrication: Lubrication<S>,
+                    film: impl Film<S>,
                     z: &[S],
                     memory: &Memory<S::Held>,
                     rates: &mut [S],
                 ) -> S {
                     of_law!(self, memory, |law, memory| {
-                        $crate::friction::catalogue::lubricated_force(law, contact, lubrication, z, memory, rates)
+                        $crate::friction::catalogue::lubricated_force(law, contact, film, z, memory, rates)
                     })
                 }
                 fn relaxation_rate<S: Varying>(&self, contact: &Contact<S>, state: [S; 2], memory: &Memory<S>) -> f64 {

@@ -3,7 +3,7 @@
 use serde::{Serialize, de::DeserializeOwned};
 
 use super::event::{Event, Indicators};
-use super::lubrication::Lubrication;
+use super::lubrication::Film;
 use crate::numbers::{Scalar, Varying};
 use crate::system::{Sample, references};
 use crate::variables::{Kind, Meaning, Notice, ParameterError, ParameterSet, Tunable, Unit, Variable};
@@ -346,11 +346,12 @@ pub trait FrictionLaw: ParameterSet {
     /// memory is taken into the equation by [`S::held`](Scalar::held).
     fn force<S: Scalar>(&self, contact: &Contact<S>, z: &[S], memory: &Self::Memory<S::Held>, rates: &mut [S]) -> S;
 
-    /// The same under factors on Stribeck velocity and viscous friction, of a law that [follows](Self::is_lubricated) them.
+    /// The same with factors on Stribeck velocity and viscous friction, of a law that [follows](Self::is_lubricated) them; its
+    /// [`force`](Self::force) is that with [`Rated`](super::Rated).
     fn lubricated_force<S: Scalar>(
         &self,
         contact: &Contact<S>,
-        _lubrication: Lubrication<S>,
+        _film: impl Film<S>,
         z: &[S],
         memory: &Self::Memory<S::Held>,
         rates: &mut [S],

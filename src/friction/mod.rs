@@ -33,6 +33,6 @@ mod trend;
 pub use contact::{FrictionContact, Observation};
 pub use event::{Event, Indicators};
 pub use law::{Contact, ContactLaw, Drive, FrictionLaw, LawState, MAX_STATES, StateKind, Stiction};
-pub use lubrication::Lubrication;
+pub use lubrication::{Film, Lubrication, Rated};
 pub use registry::{Friction, LAWS, Law, Memory};
 pub(crate) use trend::{OVERWHELMING, Trend};

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use crate::friction::law::Contact;
-use crate::friction::lubrication::{Film, Lubrication, Rated};
+use crate::friction::lubrication::{Film, Rated};
 use crate::friction::parts::curve::StribeckCurve;
 use crate::friction::parts::fading::{divisor, fading_rate};
 use crate::friction::parts::one_bristle::BristleLaw;
@@ -74,24 +74,12 @@ impl BristleLaw for ElastoPlastic {
         self.curve.static_force.value.max(1.0) / self.stiffness.value
     }
 
-    fn force<S: Scalar>(&self, contact: &Contact<S>, z: S, _memory: &()) -> (S, S) {
-        self.force_on(contact, Rated, z)
+    fn force<S: Scalar>(&self, contact: &Contact<S>, z: S, memory: &()) -> (S, S) {
+        self.lubricated_force(contact, Rated, z, memory)
     }
 
-    fn lubricated_force<S: Scalar>(
-        &self,
-        contact: &Contact<S>,
-        lubrication: Lubrication<S>,
-        z: S,
-        _memory: &(),
-    ) -> (S, S) {
-        self.force_on(contact, lubrication, z)
-    }
-}
-
-impl ElastoPlastic {
     #[inline(always)]
-    fn force_on<S: Scalar>(&self, contact: &Contact<S>, film: impl Film<S>, z: S) -> (S, S) {
+    fn lubricated_force<S: Scalar>(&self, contact: &Contact<S>, film: impl Film<S>, z: S, _memory: &()) -> (S, S) {
         let v = contact.velocity;
         let limit = self.curve.at(film.on_curve(v.abs()), contact.level);
         let elastic_limit = contact.level * (self.elastic_ratio * self.curve.coulomb_force);

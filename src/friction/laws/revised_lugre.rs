@@ -2,7 +2,7 @@
 
 use super::lugre::{DAMPING, DAMPING_VELOCITY, Decay, STIFFNESS};
 use crate::friction::law::{Contact, FrictionLaw, LawState};
-use crate::friction::lubrication::{Film, Lubrication, Rated};
+use crate::friction::lubrication::{Film, Rated};
 use crate::friction::parts::curve::{StribeckCurve, faded};
 use crate::friction::parts::fading::{divisor, fading_rate};
 use crate::friction::parts::parameters::{damping, stiffness, velocity, viscous};
@@ -100,25 +100,19 @@ impl FrictionLaw for RevisedLuGre {
 
     fn start<S: Varying>(&self, _contact: &Contact<S>) {}
 
-    fn force<S: Scalar>(&self, contact: &Contact<S>, z: &[S], _memory: &(), rates: &mut [S]) -> S {
-        self.force_on(contact, Rated, z, rates)
+    fn force<S: Scalar>(&self, contact: &Contact<S>, z: &[S], memory: &(), rates: &mut [S]) -> S {
+        self.lubricated_force(contact, Rated, z, memory, rates)
     }
 
+    #[inline(always)]
     fn lubricated_force<S: Scalar>(
         &self,
         contact: &Contact<S>,
-        lubrication: Lubrication<S>,
+        lubrication: impl Film<S>,
         z: &[S],
         _memory: &(),
         rates: &mut [S],
     ) -> S {
-        self.force_on(contact, lubrication, z, rates)
-    }
-}
-
-impl RevisedLuGre {
-    #[inline(always)]
-    fn force_on<S: Scalar>(&self, contact: &Contact<S>, lubrication: impl Film<S>, z: &[S], rates: &mut [S]) -> S {
         let (v, [deflection, film]) = (contact.velocity, [z[0], z[1]]);
         let (speed, StribeckCurve { static_force, coulomb_force, .. }) = (v.abs(), self.curve);
         let excess = (-film + 1.0) * static_force - coulomb_force;
@@ -130,7 +124,9 @@ impl RevisedLuGre {
         let damping = self.damping_velocity.left(v) * self.damping;
         deflection * self.stiffness + bending * damping + lubrication.viscous(v * self.viscous)
     }
+}
 
+impl RevisedLuGre {
     /// Rate of the thickness of the film in 1/s, at a velocity in m/s.
     fn film_rate<S: Scalar>(&self, velocity: S, film: S) -> S {
         let rest = faded((velocity / self.rest_velocity).powf(2.0));

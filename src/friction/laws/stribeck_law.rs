@@ -2,7 +2,7 @@
 
 use crate::friction::event::{Event, Indicators};
 use crate::friction::law::{Contact, Drive, FrictionLaw, Stiction};
-use crate::friction::lubrication::{Film, Lubrication, Rated};
+use crate::friction::lubrication::{Film, Rated};
 use crate::friction::parts::curve::StribeckCurve;
 use crate::friction::parts::dwell::{Resting, risen};
 use crate::friction::parts::parameters::{dwell_time, force, viscous};
@@ -104,19 +104,29 @@ impl FrictionLaw for Stribeck {
         Resting::start(contact, |dwell| self.break_away(contact.level, dwell))
     }
 
-    fn force<S: Scalar>(&self, contact: &Contact<S>, _z: &[S], memory: &Resting<S::Held>, _rates: &mut [S]) -> S {
-        self.force_on(contact, Rated, memory)
+    fn force<S: Scalar>(&self, contact: &Contact<S>, z: &[S], memory: &Resting<S::Held>, rates: &mut [S]) -> S {
+        self.lubricated_force(contact, Rated, z, memory, rates)
     }
 
+    #[inline(always)]
     fn lubricated_force<S: Scalar>(
         &self,
         contact: &Contact<S>,
-        lubrication: Lubrication<S>,
+        film: impl Film<S>,
         _z: &[S],
         memory: &Resting<S::Held>,
         _rates: &mut [S],
     ) -> S {
-        self.force_on(contact, lubrication, memory)
+        match memory.mode {
+            Mode::Stuck => {
+                let dwell = contact.time - S::held(memory.since);
+                Mode::holding_force(contact, self.break_away(contact.level, dwell))
+            }
+            Mode::Sliding(direction) => {
+                let dry = self.dry(film.on_curve(contact.velocity.abs()), contact.level);
+                dry * direction + film.viscous(contact.velocity * self.viscous)
+            }
+        }
     }
 
     fn indicators<S: Varying>(&self, contact: &Contact<S>, _z: &[S], memory: &Resting<S>, out: &mut Indicators<S>) {
@@ -145,20 +155,6 @@ impl FrictionLaw for Stribeck {
 }
 
 impl Stribeck {
-    #[inline(always)]
-    fn force_on<S: Scalar>(&self, contact: &Contact<S>, film: impl Film<S>, memory: &Resting<S::Held>) -> S {
-        match memory.mode {
-            Mode::Stuck => {
-                let dwell = contact.time - S::held(memory.since);
-                Mode::holding_force(contact, self.break_away(contact.level, dwell))
-            }
-            Mode::Sliding(direction) => {
-                let dry = self.dry(film.on_curve(contact.velocity.abs()), contact.level);
-                dry * direction + film.viscous(contact.velocity * self.viscous)
-            }
-        }
-    }
-
     /// Largest force in N that holds the mass after a time at rest in s.
     fn break_away<S: Scalar>(&self, level: S, dwell: S) -> S {
         let fresh = self.curve.static_force;

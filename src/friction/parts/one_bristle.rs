@@ -6,7 +6,7 @@ use serde::{Serialize, de::DeserializeOwned};
 
 use crate::friction::event::{Event, Indicators};
 use crate::friction::law::{Contact, Drive, FrictionLaw};
-use crate::friction::lubrication::Lubrication;
+use crate::friction::lubrication::Film;
 use crate::numbers::{Dual, Scalar, Varying};
 use crate::variables::{Notice, ParameterError, ParameterSet};
 
@@ -63,11 +63,11 @@ pub trait BristleLaw: ParameterSet {
     /// The friction force in N, and the rate of the deflection `z` in m/s.
     fn force<S: Scalar>(&self, contact: &Contact<S>, z: S, memory: &Self::Memory<S::Held>) -> (S, S);
 
-    /// The same under factors on Stribeck velocity and viscous friction, of a law that [follows](Self::is_lubricated) them.
+    /// The same with factors on Stribeck velocity and viscous friction, of a law that [follows](Self::is_lubricated) them.
     fn lubricated_force<S: Scalar>(
         &self,
         contact: &Contact<S>,
-        _lubrication: Lubrication<S>,
+        _film: impl Film<S>,
         z: S,
         memory: &Self::Memory<S::Held>,
     ) -> (S, S) {
@@ -163,12 +163,12 @@ impl<L: BristleLaw> FrictionLaw for OneBristle<L> {
     fn lubricated_force<S: Scalar>(
         &self,
         contact: &Contact<S>,
-        lubrication: Lubrication<S>,
+        film: impl Film<S>,
         z: &[S],
         memory: &L::Memory<S::Held>,
         rates: &mut [S],
     ) -> S {
-        let (force, rate) = self.0.lubricated_force(contact, lubrication, z[0], memory);
+        let (force, rate) = self.0.lubricated_force(contact, film, z[0], memory);
         rates[0] = rate;
         force
     }
