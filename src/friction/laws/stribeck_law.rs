@@ -1,13 +1,12 @@
 //! The Stribeck curve with true stiction.
 
-use crate::friction::event::{Event, Indicators};
-use crate::friction::law::{Contact, Drive, FrictionLaw, Stiction};
+use crate::friction::law::{Contact, FrictionLaw};
 use crate::friction::lubrication::{Film, Rated};
 use crate::friction::parts::curve::StribeckCurve;
 use crate::friction::parts::dwell::{Resting, risen};
 use crate::friction::parts::parameters::{dwell_time, force, viscous};
-use crate::friction::parts::stick_slip::Mode;
-use crate::numbers::{Scalar, Varying};
+use crate::friction::parts::stick_slip::{Mode, two_modes};
+use crate::numbers::Scalar;
 use crate::parameters;
 use crate::variables::{ParameterError, Tunable, Variable, units};
 
@@ -56,34 +55,10 @@ parameters! {
 }
 
 impl FrictionLaw for Stribeck {
-    type Memory<S: Varying> = Resting<S>;
-
-    fn stiction(&self) -> Stiction {
-        Stiction::Exact
-    }
-
-    fn may_differ_by_direction(&self) -> bool {
-        true
-    }
-
-    fn is_set_valued(&self) -> bool {
-        true
-    }
+    two_modes!();
 
     fn is_lubricated(&self) -> bool {
         true
-    }
-
-    fn sliding_direction<S: Varying>(memory: &Resting<S>) -> Option<f64> {
-        memory.mode.direction()
-    }
-
-    fn events(&self) -> &'static [Event] {
-        Mode::EVENTS
-    }
-
-    fn follows(&self) -> &'static [Drive] {
-        Mode::FOLLOWS
     }
 
     fn check(&self) -> Result<(), ParameterError> {
@@ -98,10 +73,6 @@ impl FrictionLaw for Stribeck {
 
     fn is_non_stiff(&self) -> bool {
         self.curve.is_non_stiff()
-    }
-
-    fn start<S: Varying>(&self, contact: &Contact<S>) -> Resting<S> {
-        Resting::start(contact, |dwell| self.break_away(contact.level, dwell))
     }
 
     fn force<S: Scalar>(&self, contact: &Contact<S>, z: &[S], memory: &Resting<S::Held>, rates: &mut [S]) -> S {
@@ -119,8 +90,8 @@ impl FrictionLaw for Stribeck {
     ) -> S {
         match memory.mode {
             Mode::Stuck => {
-                let dwell = contact.time - S::held(memory.since);
-                Mode::holding_force(contact, self.break_away(contact.level, dwell))
+                let dwell = || contact.time - S::held(memory.since);
+                Mode::holding_force(contact, self.break_away(contact, dwell))
             }
             Mode::Sliding(direction) => {
                 let dry = self.dry(film.on_curve(contact.velocity.abs()), contact.level);
@@ -128,40 +99,16 @@ impl FrictionLaw for Stribeck {
             }
         }
     }
-
-    fn indicators<S: Varying>(&self, contact: &Contact<S>, _z: &[S], memory: &Resting<S>, out: &mut Indicators<S>) {
-        let break_away = || self.break_away(contact.level, contact.time - memory.since);
-        memory.mode.indicators(contact, break_away, out);
-    }
-
-    fn switch<S: Varying>(
-        &self,
-        _event: Event,
-        contact: &Contact<S>,
-        velocity: &mut S,
-        _z: &mut [S],
-        memory: &mut Resting<S>,
-    ) {
-        memory.switch(contact, velocity, |dwell| self.break_away(contact.level, dwell));
-    }
-
-    fn follow<S: Varying>(&self, contact: &Contact<S>, _z: &[S], memory: &mut Resting<S>) -> bool {
-        memory.follow(contact, |dwell| self.break_away(contact.level, dwell))
-    }
-
-    fn is_sticking<S: Varying>(memory: &Resting<S>) -> bool {
-        memory.mode == Mode::Stuck
-    }
 }
 
 impl Stribeck {
     /// Largest force in N that holds the mass after a time at rest in s.
-    fn break_away<S: Scalar>(&self, level: S, dwell: S) -> S {
-        let fresh = self.curve.static_force;
+    fn break_away<S: Scalar>(&self, contact: &Contact<S>, dwell: impl FnOnce() -> S) -> S {
+        let (level, fresh) = (contact.level, self.curve.static_force);
         let force = if self.rested_force.value == 0.0 {
             S::tuned(fresh)
         } else {
-            risen(S::tuned(self.rested_force - fresh), self.dwell_time, dwell) + fresh
+            risen(S::tuned(self.rested_force - fresh), self.dwell_time, dwell()) + fresh
         };
         let grown = self.static_level(level) * force;
         if self.has_one_level() { grown } else { grown.max(level * self.curve.coulomb_force) }
@@ -193,6 +140,8 @@ impl Stribeck {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::friction::event::{Event, Indicators};
+    use crate::friction::law::Drive;
     use crate::numbers::Real;
     use crate::variables::ParameterSet;
 
@@ -201,7 +150,7 @@ mod tests {
     }
 
     fn break_away(law: &Stribeck, level: f64, dwell: f64) -> f64 {
-        law.break_away(Real::of(level), Real::of(dwell)).value
+        law.break_away(&contact(0.0, 0.0, 0.0, level), || Real::of(dwell)).value
     }
 
     fn dry(law: &Stribeck, speed: f64, level: f64) -> f64 {

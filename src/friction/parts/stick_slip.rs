@@ -7,8 +7,8 @@ use serde::{Deserialize, Serialize};
 
 use super::dwell::{Dwell, Resting};
 use crate::friction::event::{Event, Indicators};
-use crate::friction::law::{Contact, Drive, FrictionLaw, Stiction};
-use crate::numbers::{Real, Scalar, Varying, sign};
+use crate::friction::law::{Contact, Drive, FrictionLaw};
+use crate::numbers::{Real, Scalar, sign};
 use crate::variables::{Field, ParameterError, ParameterSet, Tunable, Variable, declared};
 
 /// The mode of a set-valued law.
@@ -155,38 +155,86 @@ impl<L: SetValued> StickSlip<L> {
     }
 
     /// Largest force in N that holds the mass against the applied force after a time at rest in s.
-    fn break_away_at<S: Scalar>(&self, contact: &Contact<S>, dwell: impl FnOnce() -> S) -> S {
+    fn break_away<S: Scalar>(&self, contact: &Contact<S>, dwell: impl FnOnce() -> S) -> S {
         let direction = if contact.applied.value() < 0.0 { -1.0 } else { 1.0 };
         self.dwell.grown(self.law.break_away(direction, contact.level), dwell)
     }
 }
 
+/// Methods of a [`FrictionLaw`] with the two modes. `break_away(&self, contact, dwell)` is the largest force in N that holds the mass
+/// after a time at rest in s.
+macro_rules! two_modes {
+    () => {
+        type Memory<S: $crate::numbers::Varying> = $crate::friction::parts::dwell::Resting<S>;
+
+        fn stiction(&self) -> $crate::friction::Stiction {
+            $crate::friction::Stiction::Exact
+        }
+
+        fn may_differ_by_direction(&self) -> bool {
+            true
+        }
+
+        fn is_set_valued(&self) -> bool {
+            true
+        }
+
+        fn sliding_direction<S: $crate::numbers::Varying>(memory: &Self::Memory<S>) -> Option<f64> {
+            memory.mode.direction()
+        }
+
+        fn events(&self) -> &'static [$crate::friction::Event] {
+            $crate::friction::parts::stick_slip::Mode::EVENTS
+        }
+
+        fn follows(&self) -> &'static [$crate::friction::Drive] {
+            $crate::friction::parts::stick_slip::Mode::FOLLOWS
+        }
+
+        fn start<S: $crate::numbers::Varying>(&self, contact: &Contact<S>) -> Self::Memory<S> {
+            Self::Memory::start(contact, |dwell| self.break_away(contact, || dwell))
+        }
+
+        fn indicators<S: $crate::numbers::Varying>(
+            &self,
+            contact: &Contact<S>,
+            _z: &[S],
+            memory: &Self::Memory<S>,
+            out: &mut $crate::friction::Indicators<S>,
+        ) {
+            let break_away = || self.break_away(contact, || contact.time - memory.since);
+            memory.mode.indicators(contact, break_away, out);
+        }
+
+        fn switch<S: $crate::numbers::Varying>(
+            &self,
+            _event: $crate::friction::Event,
+            contact: &Contact<S>,
+            velocity: &mut S,
+            _z: &mut [S],
+            memory: &mut Self::Memory<S>,
+        ) {
+            memory.switch(contact, velocity, |dwell| self.break_away(contact, || dwell));
+        }
+
+        fn follow<S: $crate::numbers::Varying>(
+            &self,
+            contact: &Contact<S>,
+            _z: &[S],
+            memory: &mut Self::Memory<S>,
+        ) -> bool {
+            memory.follow(contact, |dwell| self.break_away(contact, || dwell))
+        }
+
+        fn is_sticking<S: $crate::numbers::Varying>(memory: &Self::Memory<S>) -> bool {
+            memory.mode == $crate::friction::parts::stick_slip::Mode::Stuck
+        }
+    };
+}
+pub(crate) use two_modes;
+
 impl<L: SetValued> FrictionLaw for StickSlip<L> {
-    type Memory<S: Varying> = Resting<S>;
-
-    fn stiction(&self) -> Stiction {
-        Stiction::Exact
-    }
-
-    fn may_differ_by_direction(&self) -> bool {
-        true
-    }
-
-    fn is_set_valued(&self) -> bool {
-        true
-    }
-
-    fn sliding_direction<S: Varying>(memory: &Resting<S>) -> Option<f64> {
-        memory.mode.direction()
-    }
-
-    fn events(&self) -> &'static [Event] {
-        Mode::EVENTS
-    }
-
-    fn follows(&self) -> &'static [Drive] {
-        Mode::FOLLOWS
-    }
+    two_modes!();
 
     fn check(&self) -> Result<(), ParameterError> {
         self.law.check()?;
@@ -197,41 +245,13 @@ impl<L: SetValued> FrictionLaw for StickSlip<L> {
         self.law.is_non_stiff()
     }
 
-    fn start<S: Varying>(&self, contact: &Contact<S>) -> Resting<S> {
-        Resting::start(contact, |dwell| self.break_away_at(contact, || dwell))
-    }
-
     fn force<S: Scalar>(&self, contact: &Contact<S>, _z: &[S], memory: &Resting<S::Held>, _rates: &mut [S]) -> S {
         match memory.mode {
             Mode::Stuck => {
                 let dwell = || contact.time - S::held(memory.since);
-                Mode::holding_force(contact, self.break_away_at(contact, dwell))
+                Mode::holding_force(contact, self.break_away(contact, dwell))
             }
             Mode::Sliding(direction) => self.law.kinetic(contact.velocity, direction, contact.level),
         }
-    }
-
-    fn indicators<S: Varying>(&self, contact: &Contact<S>, _z: &[S], memory: &Resting<S>, out: &mut Indicators<S>) {
-        let break_away = || self.break_away_at(contact, || contact.time - memory.since);
-        memory.mode.indicators(contact, break_away, out);
-    }
-
-    fn switch<S: Varying>(
-        &self,
-        _event: Event,
-        contact: &Contact<S>,
-        velocity: &mut S,
-        _z: &mut [S],
-        memory: &mut Resting<S>,
-    ) {
-        memory.switch(contact, velocity, |dwell| self.break_away_at(contact, || dwell));
-    }
-
-    fn follow<S: Varying>(&self, contact: &Contact<S>, _z: &[S], memory: &mut Resting<S>) -> bool {
-        memory.follow(contact, |dwell| self.break_away_at(contact, || dwell))
-    }
-
-    fn is_sticking<S: Varying>(memory: &Resting<S>) -> bool {
-        memory.mode == Mode::Stuck
     }
 }
