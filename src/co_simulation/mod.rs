@@ -3,6 +3,8 @@
 mod embedded;
 mod simulator;
 #[cfg(feature = "sensitivities")]
+mod smooth;
+#[cfg(feature = "sensitivities")]
 mod varied;
 
 #[doc(hidden)]
@@ -11,9 +13,10 @@ pub use self::embedded::Embedded;
 pub use self::simulator::{AnyRun, Simulator, snapshot_size};
 pub(crate) use self::simulator::{run_sized, start_sized};
 use crate::model_exchange::Exchange;
+use crate::sensitivity::{Along, Column};
 pub use crate::session::{Direction, Snapshot, SnapshotError};
 use crate::solver::StepError;
-use crate::system::Indicator;
+use crate::system::{Indicator, LabelledNumber};
 use crate::variables::{Notices, ParameterError};
 
 /// A running model.
@@ -117,6 +120,20 @@ pub trait Simulation: Send {
     /// Writes the continuous states that are integrated, numbered as in a [`Direction`].
     #[cfg(feature = "sensitivities")]
     fn states(&self, _states: &mut [f64]) {}
+
+    /// The numbers of the memory that are told as states of a transition.
+    fn memory_numbers(&self) -> Vec<LabelledNumber> {
+        Vec::new()
+    }
+
+    /// Leaves a trail from here on, for the columns of the next step.
+    fn begin_trail(&mut self) {}
+
+    /// Ends the trail, and gives the columns by states, inputs and numbers of the memory at its start, with some of the outputs,
+    /// given by their places; nothing where the step has not been smooth.
+    fn end_trail(&mut self, _along: &[Along], _outputs: &[usize]) -> Option<Vec<Column>> {
+        None
+    }
 
     /// Remembers the present point, inputs apart, in place of the one before. Does not allocate but at first.
     #[cfg(feature = "sensitivities")]

@@ -4,9 +4,13 @@ use super::Simulation;
 use crate::model_exchange::{Exchange, Exchanger};
 use crate::numbers::{Real, Scalar};
 use crate::sensitivity::Varied;
+#[cfg(feature = "sensitivities")]
+use crate::sensitivity::{Along, Column};
 use crate::session::{Direction, Session, Snapshot, SnapshotError, Start, check_outputs};
 use crate::solver::{Counters, Progress, Run, Settings, StepError};
 use crate::system::{Indicator, System};
+#[cfg(feature = "sensitivities")]
+use crate::system::{LabelledNumber, labelled};
 use crate::variables::{Notices, ParameterError};
 
 /// Starts a run of equations, with the smallest of some numbers of states that is enough: the library is compiled for each. One
@@ -87,8 +91,8 @@ impl AnyRun for Box<dyn Varied> {
 /// A model's equations in motion.
 pub struct Simulator<E: System<U>, const N: usize, const U: usize> {
     /// Boxed: a run has kilobytes, which would be copied over the stack of the importer.
-    run: Box<Run<E, N, U>>,
-    session: Session,
+    pub(super) run: Box<Run<E, N, U>>,
+    pub(super) session: Session,
     /// The point to go back to.
     #[cfg(feature = "sensitivities")]
     kept: Option<Box<SavedState<E::Memory<Real>, N>>>,
@@ -125,7 +129,7 @@ impl<E: System<U>, const N: usize, const U: usize> Simulator<E, N, U> {
     }
 
     /// The present inputs.
-    fn inputs(&self) -> [f64; U] {
+    pub(super) fn inputs(&self) -> [f64; U] {
         self.run.inputs().0.map(Real::value)
     }
 
@@ -269,6 +273,21 @@ impl<E: System<U>, const N: usize, const U: usize> Simulation for Simulator<E, N
                 *slot = self.run.state().0[index].value;
             }
         }
+    }
+
+    #[cfg(feature = "sensitivities")]
+    fn memory_numbers(&self) -> Vec<LabelledNumber> {
+        labelled(self.run.state().1, |fields| self.run.system().state_label(fields))
+    }
+
+    #[cfg(feature = "sensitivities")]
+    fn begin_trail(&mut self) {
+        self.run.begin_trail();
+    }
+
+    #[cfg(feature = "sensitivities")]
+    fn end_trail(&mut self, along: &[Along], outputs: &[usize]) -> Option<Vec<Column>> {
+        self.columns_of_trail(along, outputs)
     }
 
     #[cfg(feature = "sensitivities")]

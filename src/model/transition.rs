@@ -4,27 +4,42 @@ use std::collections::VecDeque;
 
 use super::plant::{Until, go};
 use super::{Plant, Saved};
-use crate::numbers::{DIRECTIONS, Tangent, random};
+use crate::numbers::{DIRECTIONS, Tangent};
 use crate::sensitivity::{
     Along, Column, DirectionError, Gradient, NoDerivative, Seed, States, Tangents, Transition, TransitionError, Varied,
-    directions,
+    directions, own_slope,
 };
 use crate::session::Snapshot;
 use crate::system::LabelledNumber;
-use crate::variables::{Kind, Place, find};
+use crate::variables::{Kind, Place, Variable, find};
 
 /// Steps between two states that are saved on the way of a gradient, and transitions that are held at a time.
 const SEGMENT: usize = 64;
 
-/// The columns and rows of a transition.
-struct Columns {
-    /// The state from which they are taken.
-    snapshot: Snapshot,
-    along: Vec<Along>,
+/// What is asked of the transitions of a run.
+struct Asked {
+    /// The continuous states that are integrated.
     states: States,
-    names: Vec<String>,
+    /// Of each input whether it may act on something.
+    inputs: Vec<bool>,
+    parameters: Vec<Along>,
     /// Places of the outputs among the computed variables.
     outputs: Vec<usize>,
+    /// The name that a run without derivatives is refused by.
+    refused: String,
+}
+
+/// The columns and rows of a transition.
+struct Columns<'a> {
+    /// The state from which they are taken.
+    snapshot: Snapshot,
+    /// The inputs there and their slopes.
+    held: (Vec<f64>, Vec<f64>),
+    along: Vec<Along>,
+    asked: &'a Asked,
+    names: Vec<String>,
+    /// Places of the outputs among the computed variables.
+    outputs: &'a [usize],
     /// Places of directions that seldom act on anything.
     seldom: Vec<usize>,
 }
@@ -51,7 +66,8 @@ impl Plant {
         parameters: &[&str],
         outputs: &[&str],
     ) -> Result<Transition, TransitionError> {
-        self.linearised(Some(Until::After(size)), parameters, outputs)
+        let asked = self.asked(parameters, outputs)?;
+        self.linearised(Some(Until::After(size)), &asked, &asked.outputs, &mut None)
     }
 
     /// Gradient of a scalar of a run from here on by additions to the inputs over each step, by the present states and
@@ -75,8 +91,9 @@ impl Plant {
         weight: impl Fn(usize, usize) -> f64,
         mut go_on: impl FnMut() -> bool,
     ) -> Result<Option<Gradient>, TransitionError> {
-        let of_start = self.start_slopes(parameters)?;
-        let at_start = self.linearised(None, parameters, outputs)?;
+        let (asked, mut numbers) = (self.asked(parameters, outputs)?, None);
+        let of_start = self.start_slopes(&asked)?;
+        let at_start = self.linearised(None, &asked, &asked.outputs, &mut numbers)?;
         let mut saved: Vec<Saved> = Vec::new();
         for (index, (end, inputs)) in steps.ends.iter().zip(steps.inputs).enumerate() {
             if !go_on() {
@@ -93,17 +110,19 @@ impl Plant {
             self.restore(saved).expect("a state of this plant");
             let first = segment * SEGMENT;
             let all = first..(first + SEGMENT).min(steps.ends.len());
-            let mut transitions = Vec::with_capacity(SEGMENT);
+            let (mut transitions, mut numbers) = (Vec::with_capacity(SEGMENT), None);
             for index in all.clone() {
                 if !go_on() {
                     return Ok(None);
                 }
                 self.set_inputs(&steps.inputs[index]);
-                transitions
-                    .push((self.time(), self.linearised(Some(Until::Time(steps.ends[index])), parameters, outputs)?));
-            }
-            for (index, (time, transition)) in all.zip(transitions).rev() {
                 let weights: Vec<f64> = (0..outputs.len()).map(|output| weight(index + 1, output)).collect();
+                let has_weights = weights.iter().any(|weight| *weight != 0.0);
+                let (time, until) = (self.time(), Some(Until::Time(steps.ends[index])));
+                let shown: &[usize] = if has_weights { &asked.outputs } else { &[] };
+                transitions.push((time, weights, self.linearised(until, &asked, shown, &mut numbers)?));
+            }
+            for (index, (time, weights, transition)) in all.zip(transitions).rev() {
                 refuse_rounded(&transition, steps.ends[index], |output| (weights[output] != 0.0, outputs[output]))?;
                 gradient.go_back(index, time, &transition, &weights)?;
             }
@@ -123,8 +142,8 @@ impl Plant {
 
     /// Derivatives of the start of states and numbers of the memory by inputs and parameters, if the run has not begun yet:
     /// a column for each.
-    fn start_slopes(&mut self, parameters: &[&str]) -> Result<Vec<Vec<(String, f64)>>, TransitionError> {
-        let Columns { along, states, names, .. } = self.columns(parameters, &[])?;
+    fn start_slopes(&mut self, asked: &Asked) -> Result<Vec<Vec<(String, f64)>>, TransitionError> {
+        let Columns { along, names, .. } = self.columns(asked, &[], &self.simulation.memory_numbers());
         let along = &along[names.len()..];
         if self.has_begun() {
             let still: Vec<_> = names.iter().map(|name| (name.clone(), 0.0)).collect();
@@ -133,12 +152,13 @@ impl Plant {
         let mut columns = vec![Vec::new(); along.len()];
         for places in self.groups(along, |_| true) {
             let group: Vec<Along> = places.iter().map(|place| along[*place]).collect();
-            let begin = self.vary_start(&group).map_err(|_| unlike(parameters.first().unwrap_or(&"states")))?;
+            let begin = self.vary_start(&group).map_err(|_| unlike(&asked.refused))?;
             for (direction, place) in places.into_iter().enumerate() {
                 if let Some(lost) = begin.lost(direction) {
                     return Err(TransitionError::NoDerivative(lost.clone()));
                 }
-                let of_states = states.iter().map(|(number, name)| (name.clone(), begin.state(*number)[direction]));
+                let of_states =
+                    asked.states.iter().map(|(number, name)| (name.clone(), begin.state(*number)[direction]));
                 let slopes = begin.memory_slopes();
                 let of_memory = begin.memory().into_iter();
                 let of_memory = of_memory.map(|number| (number.name, slopes[number.place][direction]));
@@ -162,8 +182,9 @@ impl Plant {
         seed: impl Fn(usize, usize) -> f64,
         mut go_on: impl FnMut() -> bool,
     ) -> Result<Option<Vec<Vec<f64>>>, TransitionError> {
-        let of_start = self.start_slopes(parameters)?;
-        let at_start = self.linearised(None, parameters, outputs)?;
+        let (asked, mut numbers) = (self.asked(parameters, outputs)?, None);
+        let of_start = self.start_slopes(&asked)?;
+        let at_start = self.linearised(None, &asked, &asked.outputs, &mut numbers)?;
         let added = |step: usize| (0..self.inputs.len()).map(|input| seed(step, input)).collect::<Vec<_>>();
         let courses: Vec<Vec<f64>> = (0..steps.ends.len()).map(added).collect();
         let first = courses.first().cloned().unwrap_or_else(|| vec![0.0; self.inputs.len()]);
@@ -175,7 +196,7 @@ impl Plant {
             }
             self.set_inputs(inputs);
             let time = self.time();
-            let transition = self.linearised(Some(Until::Time(*end)), parameters, outputs)?;
+            let transition = self.linearised(Some(Until::Time(*end)), &asked, &asked.outputs, &mut numbers)?;
             tangent.check(&transition, time)?;
             refuse_rounded(&transition, *end, |output| (true, outputs[output]))?;
             rows.push(tangent.outputs(&transition, added, seeds));
@@ -184,11 +205,11 @@ impl Plant {
         Ok(Some(rows))
     }
 
-    fn columns(&mut self, parameters: &[&str], outputs: &[&str]) -> Result<Columns, TransitionError> {
+    fn asked(&self, parameters: &[&str], outputs: &[&str]) -> Result<Asked, TransitionError> {
         let table = self.table();
         let refused = |name: &str, reason| TransitionError::Direction(DirectionError::refused(name, reason));
-        let parameters_along = directions(table, &self.parameters, parameters).map_err(TransitionError::Direction)?;
-        if let Some(place) = parameters_along.iter().position(|along| !matches!(along, Along::Parameter(_))) {
+        let along = directions(table, &self.parameters, parameters).map_err(TransitionError::Direction)?;
+        if let Some(place) = along.iter().position(|along| !matches!(along, Along::Parameter(_))) {
             return Err(refused(
                 parameters[place],
                 "it is no parameter: states and inputs are among the columns anyway",
@@ -208,29 +229,38 @@ impl Plant {
             self.simulation.state_index(number)?;
             Some((number, table.by_reference(reference)?.variable.name.clone()))
         });
-        let states: States = numbered.collect();
-        let snapshot = self.simulation.save();
-        let here = self.beside(&[Along::Input(0)], &[], &snapshot).map(|varied| varied.memory());
-        let memory = here.ok_or_else(|| unlike(parameters.first().unwrap_or(&"states")))?;
-        let mut along: Vec<Along> = states.iter().map(|(number, _)| Along::State(*number)).collect();
+        let may_act =
+            |input: &Variable| matches!(input.kind, Kind::Real(_)) && table.lack(input, &self.parameters).is_none();
+        Ok(Asked {
+            states: numbered.collect(),
+            inputs: table.inputs().map(may_act).collect(),
+            parameters: along,
+            outputs: places,
+            refused: (*parameters.first().unwrap_or(&"states")).to_owned(),
+        })
+    }
+
+    /// The columns from here on, where the memory has numbers.
+    fn columns<'a>(&self, asked: &'a Asked, outputs: &'a [usize], numbers: &[LabelledNumber]) -> Columns<'a> {
+        let mut along: Vec<Along> = asked.states.iter().map(|(number, _)| Along::State(*number)).collect();
         let mut seldom: Vec<usize> = Vec::new();
-        for number in &memory {
+        for number in numbers {
             seldom.extend((!number.is_variable).then_some(along.len()));
             along.push(Along::Memory(number.place));
         }
-        let of_states = states.iter().map(|(_, name)| name.clone());
-        let names = of_states.chain(memory.into_iter().map(|number| number.name)).collect();
-        for (place, input) in table.inputs().enumerate() {
-            let may_act = matches!(input.kind, Kind::Real(_)) && table.lack(input, &self.parameters).is_none();
+        for (place, may_act) in asked.inputs.iter().enumerate() {
             seldom.extend((!may_act).then_some(along.len()));
             along.push(Along::Input(place));
         }
-        along.extend(parameters_along);
-        Ok(Columns { snapshot, along, states, names, outputs: places, seldom })
+        along.extend(&asked.parameters);
+        let of_states = asked.states.iter().map(|(_, name)| name.clone());
+        let names = of_states.chain(numbers.iter().map(|number| number.name.clone())).collect();
+        let held = (self.inputs.clone(), self.slopes.clone());
+        Columns { snapshot: self.simulation.save(), held, along, asked, names, outputs, seldom }
     }
 
     /// A run beside this one for a single step, from a saved state; nothing if there is none.
-    fn beside(&mut self, along: &[Along], seeds: &[Seed], snapshot: &Snapshot) -> Option<&mut dyn Varied> {
+    fn beside(&mut self, along: &[Along], seeds: &[Seed], of: &Columns) -> Option<&mut dyn Varied> {
         let parameter = |along: &Along| if let Along::Parameter(place) = along { Some(*place) } else { None };
         let parameters = std::array::from_fn(|direction| along.get(direction).and_then(parameter));
         let place = match self.spare.iter().position(|(others, _)| *others == parameters) {
@@ -242,35 +272,46 @@ impl Plant {
             }
         };
         let (_, varied) = &mut self.spare[place];
-        varied.place(snapshot, seeds).ok()?;
-        varied.set_inputs(&self.inputs, &self.slopes);
+        varied.place(&of.snapshot, seeds).ok()?;
+        varied.set_inputs(&of.held.0, &of.held.1);
         Some(varied.as_mut())
     }
 
     /// The linear map of a step, or of none.
     ///
+    /// If the step is smooth, all columns but those of parameters come from its trail; else from runs with slopes.
+    ///
     /// What seldom acts on anything, such as the time at which the carriage stuck last, shares a direction, in which each has a slope
     /// of its own. Where all that comes out is 0 or one of these slopes, each of them has been handed on or forgotten, and
     /// its column is known; else halves of them are tried.
+    ///
+    /// The numbers of the memory here, if they are known, become those at the end.
     fn linearised(
         &mut self,
         until: Option<Until>,
-        parameters: &[&str],
-        outputs: &[&str],
+        asked: &Asked,
+        outputs: &[usize],
+        numbers: &mut Option<Vec<LabelledNumber>>,
     ) -> Result<Transition, TransitionError> {
-        let of = self.columns(parameters, outputs)?;
+        let before = numbers.take().unwrap_or_else(|| self.simulation.memory_numbers());
+        let of = self.columns(asked, outputs, &before);
         let (inputs, number) = (self.inputs.len(), of.along.len());
         let first_parameter = of.names.len() + inputs;
         let mut columns: Vec<Option<Column>> = vec![None; number];
-        let mut next: Option<Vec<LabelledNumber>> = None;
+        let smooth = until.map(|until| self.followed(&of, until, first_parameter)).transpose()?.flatten();
+        let is_smooth = smooth.is_some();
+        for (slot, column) in columns.iter_mut().zip(smooth.into_iter().flatten()) {
+            *slot = Some(column);
+        }
+        let next = if is_smooth { before } else { self.simulation.memory_numbers() };
         let mut is_seldom = vec![false; number];
         of.seldom.iter().for_each(|place| is_seldom[*place] = true);
         let singles = (0..first_parameter).filter(|place| !is_seldom[*place]).map(|place| vec![place]);
         let together = (!of.seldom.is_empty()).then(|| of.seldom.clone());
-        let mut waiting: VecDeque<Vec<usize>> = singles.chain(together).collect();
+        let mut waiting: VecDeque<Vec<usize>> = singles.chain(together).filter(|_| !is_smooth).collect();
         while !waiting.is_empty() {
             let sets: Vec<Vec<usize>> = waiting.drain(..DIRECTIONS.min(waiting.len())).collect();
-            let found = self.follow(&of, &sets, until, &mut next)?;
+            let found = self.follow(&of, &sets, until, &next)?;
             for (set, column) in sets.into_iter().zip(found) {
                 match &set[..] {
                     [place] => columns[*place] = Some(column),
@@ -287,16 +328,26 @@ impl Plant {
         }
         for group in self.groups(&of.along[first_parameter..], |_| false) {
             let sets: Vec<Vec<usize>> = group.iter().map(|place| vec![first_parameter + place]).collect();
-            let found = self.follow(&of, &sets, until, &mut next)?;
+            let found = self.follow(&of, &sets, until, &next)?;
             sets.into_iter().zip(found).for_each(|(set, column)| columns[set[0]] = Some(column));
         }
         let columns = columns.into_iter().flatten().collect();
-        if let Some(until) = until {
-            self.advance(until).map_err(TransitionError::Step)?;
-        }
-        let of_states = of.states.iter().map(|(_, name)| name.clone());
-        let of_memory = next.into_iter().flatten().map(|number| number.name);
-        Ok(Transition::of(columns, [of.names, of_states.chain(of_memory).collect()], inputs, of.outputs.len()))
+        let of_states = asked.states.iter().map(|(_, name)| name.clone());
+        let next_names = of_states.chain(next.iter().map(|number| number.name.clone())).collect();
+        *numbers = Some(next);
+        Ok(Transition::of(columns, [of.names, next_names], inputs, outputs.len()))
+    }
+
+    /// Goes over a step, with the columns before those of parameters if it is smooth.
+    fn followed(
+        &mut self,
+        of: &Columns,
+        until: Until,
+        first_parameter: usize,
+    ) -> Result<Option<Vec<Column>>, TransitionError> {
+        self.simulation.begin_trail();
+        self.advance(until).map_err(TransitionError::Step)?;
+        Ok(self.simulation.end_trail(&of.along[..first_parameter], of.outputs))
     }
 
     /// Columns in as many directions as a run has, of each of which a set varies; at the end the memory has numbers that are looked up
@@ -306,7 +357,7 @@ impl Plant {
         of: &Columns,
         sets: &[Vec<usize>],
         until: Option<Until>,
-        next: &mut Option<Vec<LabelledNumber>>,
+        next: &[LabelledNumber],
     ) -> Result<Vec<Column>, TransitionError> {
         let seeds = |(direction, set): (usize, &Vec<usize>)| {
             let slope: fn(usize) -> f64 = if set.len() == 1 { |_| 1.0 } else { own_slope };
@@ -316,17 +367,16 @@ impl Plant {
         let seeds: Vec<Seed> = sets.iter().enumerate().flat_map(seeds).collect();
         let along: Vec<Along> = sets.iter().map(|set| of.along[set[0]]).collect();
         let mut shown = vec![Tangent::still(0.0); self.computed_count()];
-        let Some(varied) = self.beside(&along, &seeds, &of.snapshot) else {
-            return Err(unlike(of.names.first().map_or("states", String::as_str)));
+        let Some(varied) = self.beside(&along, &seeds, of) else {
+            return Err(unlike(&of.asked.refused));
         };
         if let Some(until) = until {
             go(varied, until).map_err(TransitionError::Step)?;
         }
         let lost = varied.outputs(&mut shown);
-        let next = next.get_or_insert_with(|| varied.memory());
         let memory = varied.memory_slopes();
         let column = |(direction, lost): (usize, Option<NoDerivative>)| Column {
-            states: of.states.iter().map(|(number, _)| varied.state(*number)[direction]).collect(),
+            states: of.asked.states.iter().map(|(number, _)| varied.state(*number)[direction]).collect(),
             memory: next.iter().map(|number| memory[number.place][direction]).collect(),
             outputs: match lost {
                 Some(lost) => Err(lost),
@@ -344,11 +394,6 @@ fn unlike(name: &str) -> TransitionError {
 
 /// The most directions that are tried one by one where they act on something together.
 const FEW: usize = 3;
-
-/// A slope that no other direction has.
-fn own_slope(place: usize) -> f64 {
-    random::uniform(&mut (place as u64)) + 1.0
-}
 
 /// Why an output has no slope where the states have one.
 const NO_SLOPE: &str =

@@ -23,7 +23,7 @@ mod transition;
 use std::any::Any;
 use std::fmt;
 
-use crate::numbers::{DIRECTIONS, STILL, Slopes, Tangent};
+use crate::numbers::{DIRECTIONS, STILL, Slopes, Tangent, random};
 use crate::session::{Snapshot, SnapshotError, Start};
 use crate::solver::StepError;
 use crate::system::LabelledNumber;
@@ -192,6 +192,11 @@ impl Seed {
     pub fn each(along: &[Along]) -> Vec<Self> {
         along.iter().enumerate().map(|(direction, along)| Self { along: *along, direction, slope: 1.0 }).collect()
     }
+}
+
+/// A slope that no other direction has, by its place.
+pub(crate) fn own_slope(place: usize) -> f64 {
+    random::uniform(&mut (place as u64)) + 1.0
 }
 
 /// The slopes of a quantity that one of the directions may vary.

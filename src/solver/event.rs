@@ -23,6 +23,15 @@ impl<const N: usize> Hermite<'_, N> {
         array(|i| self.weighted(i, weights))
     }
 
+    /// The derivatives of the states at a fraction of the step.
+    #[cfg(feature = "sensitivities")]
+    pub fn rates(&self, fraction: f64) -> [f64; N] {
+        let rest = 1.0 - fraction;
+        let (mean, product) = (6.0 * fraction * rest / self.h, 2.0 * fraction * rest);
+        let [of_start, of_end] = [rest * rest - product, fraction * fraction - product];
+        array(|i| mean * (self.end[i] - self.start[i]) + of_start * self.start_slope[i] + of_end * self.end_slope[i])
+    }
+
     /// The fraction of the step, to a given width, at which a state that has other signs at the ends is zero.
     pub fn zero(&self, state: usize, width: f64) -> Option<f64> {
         let (start, end) = (self.start[state], self.end[state]);

@@ -7,6 +7,8 @@ mod error;
 mod event;
 mod implicit_euler;
 mod linear;
+#[cfg(feature = "sensitivities")]
+mod linear_map;
 mod relaxing;
 mod rosenbrock;
 mod run;
@@ -20,7 +22,8 @@ pub use balance::Balance;
 pub use error::{Rejection, StateAtStart, StepError};
 #[doc(hidden)]
 pub use linear::Inverse;
-#[doc(hidden)]
+#[cfg(feature = "sensitivities")]
+pub(crate) use run::Trail;
 #[doc(hidden)]
 pub use run::{Crossing, Progress, Run};
 #[doc(hidden)]

@@ -41,6 +41,8 @@ pub(crate) use self::event::assert_sound;
 pub use self::held_inputs::Held;
 pub use self::hints::Hints;
 pub use self::indicators::{Indicator, IndicatorSet, UNUSED};
+#[cfg(feature = "sensitivities")]
+pub(crate) use self::jacobian::rates_by_inputs;
 pub(crate) use self::jacobian::{jacobian_by_couplings, jacobian_by_duals};
 pub use self::limits::Limits;
 pub use self::longest_steps::LongestSteps;

@@ -468,6 +468,11 @@ impl Simulation for PositionController<Real> {
         self.time
     }
 
+    #[cfg(feature = "sensitivities")]
+    fn memory_numbers(&self) -> Vec<LabelledNumber> {
+        labelled(&self.memory.last, |_| StateLabel::Fields)
+    }
+
     fn set_inputs(&mut self, values: &[f64], slopes: &[f64]) {
         self.put_inputs(values, slopes);
     }

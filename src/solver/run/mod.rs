@@ -3,6 +3,8 @@
 mod choice;
 mod crossing;
 mod kink;
+#[cfg(feature = "sensitivities")]
+mod smooth;
 mod step;
 mod strides;
 mod varied;
@@ -11,6 +13,8 @@ use nalgebra::SMatrix;
 use serde::{Deserialize, Serialize};
 
 use self::choice::Choice;
+#[cfg(feature = "sensitivities")]
+pub use self::smooth::Trail;
 use self::strides::Strides;
 use self::varied::Passed;
 pub use self::varied::{Crossing, Lost};
@@ -130,6 +134,9 @@ pub struct Run<H: System<U>, const N: usize, const U: usize, S: Varying = Real> 
     is_silent: bool,
     /// Magnitudes of the indicators, of numbers with slopes.
     nominals: Vec<f64>,
+    /// The trail of the present communication step, if it leaves one.
+    #[cfg(feature = "sensitivities")]
+    trail: Option<Box<Trail<H::Memory<S>, N>>>,
 }
 
 /// The largest step the adaptive scheme takes, in s.
@@ -213,6 +220,8 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
             } else {
                 Vec::new()
             },
+            #[cfg(feature = "sensitivities")]
+            trail: None,
         }
     }
 

@@ -325,6 +325,10 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
         self.time = time;
         self.x = *end;
         self.counters.steps += 1;
+        #[cfg(feature = "sensitivities")]
+        if let Some(trail) = &mut self.trail {
+            trail.pass(time, values(end));
+        }
         if knows_slope {
             self.linearisation.derivatives = self.end_slope;
         }

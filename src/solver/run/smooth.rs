@@ -1,0 +1,160 @@
+//! The linear map of a communication step that lies in smooth regions, from its trail: what small changes at its start come to at its
+//! end, with the Jacobians of the equations along the path.
+
+use super::Run;
+use crate::numbers::{DIRECTIONS, Real, Scalar, Tangent};
+use crate::solver::event::Hermite;
+use crate::solver::linear_map::{LinearMap, NODES};
+use crate::solver::{array, numbers, values};
+use crate::system::{System, rates_by_inputs};
+
+/// The largest error of a map, as [`LinearMap::of_stretch`] estimates it: that of order 4, where the map has order 6.
+const ACCURACY: f64 = 1e-6;
+/// How often a stretch is halved.
+const HALVINGS: u32 = 5;
+/// The largest distance of the rates on the path from those of the equations, times the length of the step and relative to the
+/// magnitude of the state.
+const STRAY: f64 = 1e-3;
+
+/// The points that a run has passed since the start of a communication step, and the memory there.
+#[derive(Clone, Debug)]
+pub struct Trail<M, const N: usize> {
+    /// Times in s and states at the ends of its steps.
+    points: Vec<(f64, [f64; N])>,
+    /// The memory at the start.
+    pub memory: M,
+    /// Events before it.
+    events: u64,
+}
+
+impl<M, const N: usize> Trail<M, N> {
+    pub(super) fn pass(&mut self, time: f64, x: [f64; N]) {
+        self.points.push((time, x));
+    }
+
+    /// Time in s and states at the start.
+    pub fn start(&self) -> &(f64, [f64; N]) {
+        &self.points[0]
+    }
+}
+
+impl<H: System<U>, const N: usize, const U: usize> Run<H, N, U> {
+    /// Leaves a trail from here on.
+    pub fn begin_trail(&mut self) {
+        let points = vec![(self.time, values(&self.x))];
+        self.trail = Some(Box::new(Trail { points, memory: self.memory.clone(), events: self.counters.events }));
+    }
+
+    /// Ends the trail, and gives it if there has been no event.
+    pub fn end_trail(&mut self) -> Option<Box<Trail<H::Memory<Real>, N>>> {
+        self.trail.take().filter(|trail| trail.events == self.counters.events && self.pending.is_none())
+    }
+
+    /// The inputs at a time in s of the present communication step.
+    pub fn inputs_at(&self, time: f64) -> [f64; U] {
+        values(&self.inputs.at(time))
+    }
+
+    /// Whether the run is exactly at the limit of a mode, at the point where the communication step has started or here, or a sample is
+    /// due or rounded.
+    pub fn is_at_a_limit(&self, time: f64, x: &[f64; N], u: &[f64; U]) -> bool {
+        let is_there = |time: f64, x: &[f64; N], u: &[f64; U]| {
+            let indicators = self.system.indicators(Real::of(time), &numbers(x), &numbers(u), &self.memory);
+            !indicators.as_ref().iter().all(|it| it.value > 0.0)
+        };
+        let sample = self.system.next_sample::<Real>(&self.memory).rounded(self.time, self.start);
+        sample.is_due_at(self.time)
+            || is_there(time, x, u)
+            || is_there(self.time, &values(&self.x), &self.inputs_at(self.time))
+            || !self.system.rounded().is_empty()
+    }
+
+    /// The map along a trail over which the memory has been the present one: of the states, and of inhomogeneities, which are the inputs
+    /// and, behind them, a count of numbers of the memory, which vary in the directions of the memories given; in SI units. Nothing where
+    /// the path has a kink or is too rough.
+    pub fn map_along(
+        &self,
+        trail: &Trail<H::Memory<Real>, N>,
+        varied: &[Box<H::Memory<Tangent>>],
+        count: usize,
+    ) -> Option<LinearMap<N>> {
+        if !self.settings.is_adaptive() {
+            return None;
+        }
+        let mut map = LinearMap::identity(U + count);
+        for pair in trail.points.windows(2) {
+            let [(time, start), (end_time, end)] = [&pair[0], &pair[1]];
+            let u = [*time, *end_time].map(|time| values(&self.inputs.at(time)));
+            if !self.system.is_smooth([start, end], [&u[0], &u[1]], &self.memory, end_time - time) {
+                return None;
+            }
+            let slope = |time: f64, x: &[f64; N]| {
+                let x = numbers(x);
+                values(&self.system.derivatives(Real::of(time), &x, &self.inputs.at(time), &self.memory))
+            };
+            let [start_slope, end_slope] = [slope(*time, start), slope(*end_time, end)];
+            let path = Hermite { start, start_slope: &start_slope, end, end_slope: &end_slope, h: end_time - time };
+            map = self.map_of(&path, *time, [0.0, 1.0], (varied, count), HALVINGS)?.after(&map);
+        }
+        let scales = &self.scales;
+        for (column, scale) in map.states.iter_mut().zip(scales) {
+            column.iter_mut().zip(scales).for_each(|(entry, row)| *entry *= row / scale);
+        }
+        for column in &mut map.others {
+            column.iter_mut().zip(scales).for_each(|(entry, row)| *entry *= row);
+        }
+        Some(map)
+    }
+
+    /// The map over a part of a step, whose states and inhomogeneities are relative to the magnitudes of the states.
+    fn map_of(
+        &self,
+        path: &Hermite<N>,
+        time: f64,
+        [from, to]: [f64; 2],
+        varied: (&[Box<H::Memory<Tangent>>], usize),
+        halvings: u32,
+    ) -> Option<LinearMap<N>> {
+        let at = |node: f64| self.coefficients(path, time, from + node * (to - from), varied);
+        let [first, middle, last] = NODES.map(at);
+        let (map, error) = LinearMap::of_stretch(&[first?, middle?, last?], (to - from) * path.h);
+        if error <= ACCURACY {
+            return Some(map);
+        }
+        let (halvings, middle) = (halvings.checked_sub(1).filter(|_| error.is_finite())?, 0.5 * (from + to));
+        let before = self.map_of(path, time, [from, middle], varied, halvings)?;
+        Some(self.map_of(path, time, [middle, to], varied, halvings)?.after(&before))
+    }
+
+    /// The coefficients at a fraction of a step; nothing where the path strays from the equations.
+    fn coefficients(
+        &self,
+        path: &Hermite<N>,
+        time: f64,
+        at: f64,
+        (varied, count): (&[Box<H::Memory<Tangent>>], usize),
+    ) -> Option<LinearMap<N>> {
+        let (x, time) = (self.between(path, at), time + at * path.h);
+        let u = values(&self.inputs.at(time));
+        let mut states = [[0.0; N]; N];
+        let rates = self.system.jacobian(time, &x, &u, &self.memory, &mut states);
+        let (on_path, scales) = (path.rates(at), &self.scales);
+        let strays = |i: usize| (rates[i] - on_path[i]).abs() * path.h > STRAY * scales[i];
+        if (H::CLOSED_FORM..N).any(strays) {
+            return None;
+        }
+        let mut others = rates_by_inputs(&self.system, time, &x, &u, &self.memory).to_vec();
+        for memory in varied {
+            let rates = self.system.derivatives(Tangent::still(time), &numbers(&x), &numbers(&u), memory);
+            others.extend((0..DIRECTIONS).map(|direction| array::<f64, N>(|i| rates[i].slopes[direction])));
+        }
+        others.truncate(U + count);
+        for (column, scale) in states.iter_mut().zip(scales) {
+            column.iter_mut().zip(scales).for_each(|(entry, row)| *entry *= scale / row);
+        }
+        for column in &mut others {
+            column.iter_mut().zip(scales).for_each(|(entry, row)| *entry /= row);
+        }
+        Some(LinearMap { states, others })
+    }
+}
