@@ -345,8 +345,8 @@ fn information(seen: &[Seen], tau: f64, noise: f64) -> Information {
 
 /// Variance of the residuals beside factors and parameters, for autocorrelated samples.
 ///
-/// By how much more the products with the columns vary from block to block than they would for independent samples, so many of the
-/// samples count as one.
+/// Variance of the residuals that the columns leave, times the number of samples that count as one: by how much the sums over blocks
+/// of the products with a column vary more than sums of independent samples, as the median over the columns and at least 1.
 fn noise(columns: &DMatrix<f64>, residuals: &DMatrix<f64>, blocks: &[usize]) -> f64 {
     let rest = residuals - columns * (pseudo_inverse(columns.clone(), NO_INFORMATION) * residuals);
     let number = blocks.iter().max().map_or(0, |last| last + 1);

@@ -134,8 +134,8 @@ fn of_covariance(
     }
 }
 
-/// Values of parameters that follow from others, and the ends of their intervals, whose errors those of the estimated ones make in
-/// proportion. `values` are the values that a vector stands for, those of `names` among them.
+/// Values of the tied parameters `names` with the ends of their intervals, by linear propagation of the errors of the estimated
+/// parameters. `values` gives the values of all parameters, tied ones included, that a vector of inner values stands for.
 pub fn tied(
     parameters: &[Parameter],
     names: &[&str],

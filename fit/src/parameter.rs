@@ -239,7 +239,7 @@ mod tests {
     fn a_start_moves_the_bounds_that_nobody_gave() {
         let given = mass().given(Some(50.0), None).expect("a mass");
         assert_eq!((given.start, given.bounds, given.is_given, given.is_bounded), (50.0, [0.05, 2e3], true, false));
-        // Beyond the usual ones only those of the model count.
+        // A start beyond the usual bounds is held to the legal bounds of the model alone.
         let far = mass().given(Some(5e6), None).expect("a mass");
         assert_eq!(far.bounds, [5e3, 5e9]);
         let zero = mass().given(Some(0.0), None).expect("0 has no logarithm, but a scale");

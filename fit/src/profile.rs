@@ -11,7 +11,8 @@ use crate::study::Study;
 const DOUBLINGS: usize = 6;
 const HALVINGS: usize = 6;
 
-/// Intervals at whose ends the cost has risen as much as it does, of a linear problem, at those of the Jacobian.
+/// Profile intervals: the cost at their ends has risen by as much as the cost of a linear problem rises at the ends of the intervals
+/// from the Jacobian.
 ///
 /// # Errors
 /// [`Interrupted`].

@@ -95,7 +95,7 @@ fn together(
     Ok((vectors, false))
 }
 
-/// Factors of the priors: those of shared parameters count once in all records together.
+/// Factors of the priors: the prior of a shared parameter counts once, not once in each record.
 fn prior_weights(problem: &Problem<'_>, common: usize, records: usize) -> Vec<f64> {
     let shared = 1.0 / (records as f64).sqrt();
     (0..problem.dimension()).map(|place| if place < common { shared } else { 1.0 }).collect()

@@ -70,7 +70,7 @@ pub fn recorder(facts: &Facts<'_>, source: &Source<'_>) -> (Vec<Finding>, Vec<St
 
 /// Each end at which a signal with noise stays for many samples in a row, and the number of its samples there.
 ///
-/// A position that rests repeats its reading, and so does whatever has no noise: of these nothing is said.
+/// A signal at rest repeats its reading, and so does a signal without noise: neither is called clipped.
 fn clipped(values: &[f64]) -> Vec<(f64, usize)> {
     if values.len() < 4 * LONG {
         return vec![];
