@@ -201,8 +201,9 @@ fn parameters(experiment: &dyn Experiment, question: &Question) -> Result<Vec<Pa
     if names.is_empty() {
         return Err(Refused("no parameter is estimated: choose at least one".to_owned()));
     }
-    if let Some(missing) = experiment.unknown().into_iter().find(|name| !names.iter().any(|own| own == name)) {
-        return Err(Refused(format!("{missing} has no default; it must be estimated")));
+    let is_told = |name: &str| question.known.contains_key(name) || names.iter().any(|own| own == name);
+    if let Some(missing) = experiment.unknown().into_iter().find(|name| !is_told(name)) {
+        return Err(Refused(format!("{missing} has no default; it must be estimated, or given a value")));
     }
     let of_name = |name: &String| match question.known.get(name) {
         Some(start) => {
@@ -227,7 +228,7 @@ fn assumed(experiment: &dyn Experiment, known: &Values, parameters: &[Parameter]
     };
     // The default of this one is another form of the law than the first publication's.
     let law: &[&str] = if given.law_name() == "LuGre" && !experiment.is_steady() { &[DAMPING_SPEED] } else { &[] };
-    let names = experiment.machine().iter().chain(law);
+    let names = given.kind.machine.iter().chain(law);
     let defaults: Vec<String> = names.filter(|name| !is_told(name)).map(shown).collect();
     (!defaults.is_empty()).then(|| format!("not given, so that the default counts: {}", defaults.join(", ")))
 }

@@ -2,6 +2,7 @@
 
 use crate::Refused;
 use crate::arrays::interpolate;
+use crate::calibration::Calibration;
 use crate::record::unit_of;
 use crate::tables::Table;
 use crate::units;
@@ -167,6 +168,7 @@ impl Table {
         {
             return Err(Refused(fault.clone()));
         }
+        self.check_reading(file, chosen)?;
         let scale = units::to_si(&chosen.unit, &chosen.si, chosen.signal == ABOVE_AMBIENT);
         let scale = scale.map_err(|problem| Refused(format!("{}: {problem}", self.column(file, chosen.place))))?;
         let mut values = units::scaled(&self.columns[chosen.place], scale);
@@ -176,7 +178,8 @@ impl Table {
         Ok(values)
     }
 
-    /// The chosen columns in SI units at the samples of that for `time`: commands are held, readings run on straight lines.
+    /// The chosen columns in SI units at the samples of that for `time`: commands are held, readings run on straight lines. Without
+    /// one for `time` each row is a point of its own.
     ///
     /// A channel has a clock of its own in files of some recorders, or empty cells where it was not read.
     ///
@@ -184,7 +187,8 @@ impl Table {
     /// In words for the user, for a column that is no numbers, a unit that is none of its signal, and times that do not rise.
     pub fn signals(&self, file: &str, chosen: &[Chosen]) -> Result<OnOneClock, Refused> {
         let Some(at) = chosen.iter().position(|column| column.signal == "time") else {
-            return Err(Refused(format!("{file}: no column is chosen for time")));
+            let points = chosen.iter().map(|column| self.in_si(file, column, false)).collect::<Result<_, _>>()?;
+            return Ok(OnOneClock { samples: points, others: vec![] });
         };
         let time = &chosen[at];
         let in_si = |column: &Chosen| self.in_si(file, column, column.signal != "time");
@@ -233,12 +237,23 @@ impl Table {
         Ok(OnOneClock { samples, others })
     }
 
-    /// The chosen columns in SI units row by row, of a table of points without a time.
-    ///
-    /// # Errors
-    /// In words for the user, for a column that is no numbers or has empty cells, and a unit that is none of its signal.
-    pub fn rows(&self, file: &str, chosen: &[Chosen]) -> Result<Vec<Vec<f64>>, Refused> {
-        chosen.iter().map(|column| self.in_si(file, column, false)).collect()
+    /// Refuses a calibration of readings in another unit than the table says.
+    fn check_reading(&self, file: &str, chosen: &Chosen) -> Result<(), Refused> {
+        let (Some(Ok(calibration)), Some(written)) = (Calibration::parse(&chosen.unit), &self.units[chosen.place])
+        else {
+            return Ok(());
+        };
+        // Behind a pressure it is a chamber.
+        let is_chamber = written == "A" && chosen.signal != "force";
+        if is_chamber || *written == chosen.unit || units::spelled(written) == calibration.reading {
+            return Ok(());
+        }
+        let reading = if calibration.reading.is_empty() { "counts" } else { &calibration.reading };
+        Err(Refused(format!(
+            "{}: the table says {written}, but the calibration {} reads {reading}; which is it?",
+            self.column(file, chosen.place),
+            chosen.unit
+        )))
     }
 
     /// Refuses times that do not rise, as they are written.
@@ -365,5 +380,25 @@ mod tests {
         assert_eq!(refused("t;x\n0;1\n1;two\n", "m"), "rig.csv:3, column 2 (x): 'two' is no number");
         assert!(refused("t;x\n0;1\n1;2\n", "V").starts_with("rig.csv:1, column 2 (x): the unit V is refused"));
         assert!(refused("t;x\n0;1\n;2\n", "m").contains("column 1 (t): '' is no number"));
+        // A table that says volts has no milliamperes.
+        let told = refused("t;x [V]\n0;1\n1;2\n", "4..20 mA = 0..500 mm");
+        assert!(told.starts_with("rig.csv:1, column 2 (x): the table says V, but"), "{told}");
+    }
+
+    #[test]
+    fn two_points_calibrate_readings() {
+        for header in ["t;x [V]", "t;x", "t;x [0..10 V = 0..500 mm]"] {
+            let all = [chosen("time", 0, "s"), chosen("position", 1, "0..10 V = 0..500 mm")];
+            let found = table(&format!("{header}\n0;1\n1;2\n")).signals("rig.csv", &all).expect("signals");
+            assert_eq!(found.samples[1], [0.05, 0.1], "{header}");
+        }
+    }
+
+    #[test]
+    fn rows_without_a_time_are_points() {
+        let table = table("v [mm/s];F\n5;1\n-2;2\n5;3\n");
+        let all = [chosen("velocity", 0, "mm/s"), chosen("frictionForce", 1, "N")];
+        let found = table.signals("rig.csv", &all).expect("points");
+        assert_eq!(found.samples, [[0.005, -0.002, 0.005], [1.0, 2.0, 3.0]]);
     }
 }

@@ -128,7 +128,7 @@ impl Experiment {
     /// Parameters that each machine has of its own.
     #[getter]
     fn machine(&self) -> Vec<&'static str> {
-        self.inner.machine().to_vec()
+        self.inner.given().kind.machine.to_vec()
     }
 
     /// Whether the inputs run on straight lines between the communication points; otherwise they are held.

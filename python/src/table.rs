@@ -118,11 +118,6 @@ pub fn table_signals<'py>(
     let table = Table { header: names.clone(), names, units, columns, lines, first, faults, clocks, gaps };
     let of = |(signal, place, unit, si, is_turned)| Chosen { signal, place, unit, si, is_turned };
     let chosen: Vec<Chosen> = chosen.into_iter().map(of).collect();
-    let (samples, others) = if chosen.iter().any(|column| column.signal == "time") {
-        let found = table.signals(&file, &chosen).map_err(refused)?;
-        (found.samples, found.others)
-    } else {
-        (table.rows(&file, &chosen).map_err(refused)?, vec![])
-    };
-    Ok((samples.into_iter().map(|values| values.into_pyarray(py)).collect(), others))
+    let found = table.signals(&file, &chosen).map_err(refused)?;
+    Ok((found.samples.into_iter().map(|values| values.into_pyarray(py)).collect(), found.others))
 }

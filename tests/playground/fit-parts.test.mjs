@@ -4,12 +4,12 @@ import { test } from "node:test";
 import { part } from "./part.mjs";
 
 /** The units of the library that these tests need. */
-const unit = (name, si, factor, offset = 0, offsetAboveAmbient = offset) => ({ name, si, factor, offset, offsetAboveAmbient });
+const unit = (name, si, factor, offset = 0) => ({ name, si, factor, offset });
 const TABLES = {
   units: { m: { display: [{ name: "mm", factor: 1e3, offset: 0 }] }, Pa: { display: [{ name: "bar", factor: 1e-5, offset: 0 }] }, K: { display: [{ name: "degC", factor: 1, offset: -273.15 }] } },
   written: [
     ...[unit("m", "m", 1), unit("um", "m", 1e-6), unit("mm", "m", 1e-3), unit("s", "s", 1), unit("V", "V", 1), unit("degC", "K", 1, 273.15)],
-    ...[unit("Pa", "Pa", 1), unit("bar", "Pa", 1e5), unit("barg", "Pa", 1e5, 101_325, 0), unit("bara", "Pa", 1e5, 0, -101_325)],
+    ...[unit("Pa", "Pa", 1), unit("bar", "Pa", 1e5), unit("barg", "Pa", 1e5, 101_325), unit("bara", "Pa", 1e5)],
   ],
   spellings: { parts: [[" ", ""], ["\u00b5", "u"], ["(g)", "g"]], whole: [["sec", "s"]] },
 };
@@ -17,7 +17,6 @@ const near = (found, expected, within) => assert.ok(Math.abs(found - expected) <
 
 test("values are turned into SI units, as exactly as they are written", async () => {
   const { toSi, unitsOf, plain, typedAs } = await part("units");
-  const { scaleOf } = await part("fit/columns");
   const { typed } = await part("typed");
   const si = (value, unit, of, turned = false) => toSi(Float64Array.of(value), unitsOf(TABLES, of).get(unit), turned)[0];
   assert.equal(si(250, "mm", "m"), 0.25);
@@ -30,9 +29,6 @@ test("values are turned into SI units, as exactly as they are written", async ()
   const own = (text) => plain(TABLES.spellings, text);
   assert.deepEqual([own(" \u00b5m"), own("sec")], ["um", "s"]);
   assert.deepEqual([...unitsOf(TABLES, "m").keys()].slice(0, 2), ["m", "mm"]);
-  // `pressure` of a bench counts above ambient.
-  const above = (name) => scaleOf("pressure", unitsOf(TABLES, "Pa").get(name)).offset;
-  assert.deepEqual([above("bar"), above("barg"), above("bara")], [0, 0, -101_325]);
   const bar = { name: "bar", factor: 1e-5, offset: 0 };
   for (const [text, value] of [["6 barg", 7.01325], ["6 bar (g)", 7.01325], ["600000 Pa", 6], ["6", 6]]) {
     near(typed(text, "bar", typedAs(TABLES, "Pa", bar), own), value, 1e-12);

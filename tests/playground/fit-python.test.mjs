@@ -55,6 +55,40 @@ function springs() {
   return `t,x[um],Ff\n${rows.join("\n")}\n`;
 }
 
+/** An axis of 20 kg that a measured force moves, with Coulomb friction of 15 N and 60 N.s/m. */
+function axis() {
+  const normal = normals();
+  const rows = Array.from({ length: 2001 }, (_, row) => {
+    const time = row * 2e-3;
+    const speed = 0.3 * Math.cos(3 * time) + 0.22 * Math.cos(11 * time);
+    const force = 20 * (-0.9 * Math.sin(3 * time) - 2.42 * Math.sin(11 * time)) + 15 * Math.sign(speed) + 60 * speed;
+    const position = 1e3 * (0.1 * Math.sin(3 * time) + 0.02 * Math.sin(11 * time)) + 5e-3 * normal();
+    return [time.toFixed(3), position.toFixed(5), force.toFixed(5)].join(",");
+  });
+  return `t,x[mm],F[N]\n${rows.join("\n")}\n`;
+}
+
+/** A table of a seal bench: friction at eleven speeds in both directions and three pressures, each twice. */
+function seal() {
+  const normal = normals();
+  const speeds = [0.2, 0.5, 1, 2, 4, 7, 12, 20, 35, 60, 100].flatMap((speed) => [-speed, speed]);
+  const rows = [0, 2, 4].flatMap((pressure) =>
+    [...speeds, ...speeds].map((speed) => {
+      const dry = (8 + 4 * Math.exp(-((speed / 10) ** 2))) * (1 + 0.2 * pressure);
+      const friction = Math.sign(speed) * dry + 0.04 * speed + 0.1 * normal();
+      return [speed, pressure, friction.toFixed(4)].join(",");
+    }),
+  );
+  return `v[mm/s],p[bar],Ff[N]\n${rows.join("\n")}\n`;
+}
+
+/** The rig, whose position is read in volts: 10 V are 500 mm. */
+async function inVolts() {
+  const [, ...rows] = (await readFile(RIG, "utf8")).trimEnd().split("\n");
+  const read = ([t, u, x, a, b]) => [t, u, (x / 50).toFixed(5), a, b].join(",");
+  return ["t,u,x [V],pA [bar],pB [bar]", ...rows.map((row) => read(row.split(",")))].join("\n");
+}
+
 const free = (names) => names.join("+");
 const STRIBECK = ["Fs", "Fc", "vs", "sigma2"].map((name) => `friction.stribeck.${name}`);
 const FITS = [
@@ -86,9 +120,36 @@ const FITS = [
     link: "experiment=motion&FrictionBench.friction.law=17&FrictionBench.friction.maxwellSlip.N=3",
     play: "0",
   },
+  {
+    title: "an axis that a force moves",
+    file: "axis.csv",
+    text: axis,
+    link: `experiment=force&free=${free(["mass", "friction.coulomb.Fc", "friction.coulomb.sigma2"])}&FrictionBench.friction.law=2`,
+    true: { mass: 20, "friction.coulomb.Fc": 15, "friction.coulomb.sigma2": 60 },
+  },
+  {
+    title: "points of a seal bench",
+    file: "seal.csv",
+    text: seal,
+    link: `experiment=points&free=${free([...STRIBECK, "friction.kappaA"])}&FrictionBench.friction.law=7`,
+    true: { "friction.stribeck.Fs": 12, "friction.stribeck.Fc": 8, "friction.stribeck.vs": 0.01, "friction.stribeck.sigma2": 40, "friction.kappaA": 2e-6 },
+  },
+  {
+    title: "the mechanical half of the rig",
+    file: "rig.csv",
+    text: () => readFile(RIG, "utf8"),
+    link: `experiment=mechanical&free=${free(STRIBECK)}&${CYLINDER}.friction.law=7`,
+  },
+  {
+    title: "the pneumatic half of the rig, whose position is read in volts",
+    file: "rig.csv",
+    text: inVolts,
+    calibration: "0..10 V = 0..500 mm",
+    link: `experiment=pneumatic&free=${free(["valve.deadZone", "valve.C"])}&${CYLINDER}.supplyPressure=600000`,
+  },
 ];
 
-for (const { title, file, text, link, play } of FITS) {
+for (const { title, file, text, link, play, calibration, true: meant } of FITS) {
   test(`${title}: values and intervals are those of Python`, async (context) => {
     const { page, close } = await open(browser, `#view=fit&${link}`);
     const content = await text();
@@ -99,7 +160,19 @@ for (const { title, file, text, link, play } of FITS) {
       await page.getByLabel("Play", { exact: true }).fill(play);
       await page.getByLabel("Play", { exact: true }).press("Enter");
     }
+    if (calibration !== undefined) {
+      await page.getByLabel("Column of position").selectOption("2");
+      await page.getByLabel("Unit of position").selectOption("two points");
+      await page.getByLabel("Calibration of position").fill(calibration);
+      await page.getByLabel("Calibration of position").press("Enter");
+      await page.waitForSelector("[data-finding]", { state: "detached" });
+    }
     const found = await fitted(page);
+    if (process.env.PICTURES) await page.screenshot({ path: `${process.env.PICTURES}/${title.replaceAll(" ", "-")}.png`, fullPage: true });
+    for (const [name, value] of Object.entries(meant ?? {})) {
+      const { low, high } = found.get(name);
+      assert.ok(low < value && value < high, `${name} = ${value} is not within [${low}, ${high}]`);
+    }
     const program = await download(page, "Python");
     await close();
     // The interval of a parameter that is not identifiable has no end, which JSON cannot write.
@@ -120,7 +193,7 @@ for (const { title, file, text, link, play } of FITS) {
       assert.ok(apart <= APART, `${name} = ${value}, in Python ${own} [${least}, ${most}]`);
       assert.ok(Math.abs((high - low) / 2 - half) <= WIDTH * half, `${name}: [${low}, ${high}], in Python [${least}, ${most}]`);
     }
-    assert.ok(told >= 4, `${told} values are told by the data`);
+    assert.ok(told >= Math.min(found.size, 4), `${told} values are told by the data`);
     context.diagnostic(`values are apart by ${furthest.toFixed(4)} of half an interval at most`);
   });
 }

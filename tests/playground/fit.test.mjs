@@ -92,13 +92,13 @@ test("a supply that was given above ambient is named as the cause, a report is p
 test("what is known of the machine is asked for, and a supply may count from the atmosphere", async () => {
   const { page, close } = await open(browser, LINK);
   const known = page.getByRole("group", { name: "Known of the machine" });
-  assert.equal(await known.getByLabel("Conductance", { exact: true }).count(), 0, "what is free is not known");
-  await known.getByLabel("Unit of Supply").selectOption("barg");
-  await known.getByLabel("Supply", { exact: true }).fill("5");
-  await known.getByLabel("Supply", { exact: true }).press("Enter");
+  assert.equal(await known.getByLabel("valve.C", { exact: true }).count(), 0, "what is free is not known");
+  await known.getByLabel("Unit of supplyPressure").selectOption("barg");
+  await known.getByLabel("supplyPressure", { exact: true }).fill("5");
+  await known.getByLabel("supplyPressure", { exact: true }).press("Enter");
   assert.equal(await page.locator(`[id="${CYLINDER}.supplyPressure"]`).inputValue(), "601325");
-  await known.getByLabel("Bore", { exact: true }).fill("-16");
-  await known.getByLabel("Bore", { exact: true }).press("Enter");
+  await known.getByLabel("cylinder.bore", { exact: true }).fill("-16");
+  await known.getByLabel("cylinder.bore", { exact: true }).press("Enter");
   assert.match(await known.getByRole("alert").textContent(), /cylinder\.bore = -0\.016/);
   await close();
 });
@@ -125,6 +125,56 @@ test("a bench is fitted: the friction that its force was made with comes out", a
   // The disturbance is no noise: it may move the value by a share of its size.
   assert.ok(Math.abs(value - 7) < 0.01 && low < high, `Fc = ${value} [${low}, ${high}]`);
   assert.ok(Math.abs(found.get("friction.coulomb.sigma2").value - 30) < 0.3, String(found.get("friction.coulomb.sigma2").value));
+  await close();
+});
+
+test("each experiment offers its signals, what may be known of its bench, and the options that act", async () => {
+  const { page, close } = await open(browser, "#view=fit", { viewport: { width: 390, height: 844 } });
+  const experiments = await page.evaluate(() => globalThis.pneumaticServo.tables.experiments);
+  await drop(page, "axis.csv", `t,x [mm],F [N]\n${Array.from({ length: 100 }, (_, row) => `${row / 1e3},${row % 7},${row % 5}`).join("\n")}\n`);
+  await page.waitForSelector("table.columns");
+  await page.getByText("Options of the fit").click();
+  for (const { name, signals, options } of experiments) {
+    await page.getByRole("group", { name: "Experiment", exact: true }).getByRole("button", { name, exact: true }).click();
+    const labels = (prefix) => page.locator(`[aria-label^="${prefix}"]`).evaluateAll((all) => all.map((one) => one.getAttribute("aria-label")));
+    assert.deepEqual(await labels("Column of "), signals.map((signal) => `Column of ${signal}`));
+    await page.getByText("Options of the fit").click();
+    for (const [label, option] of [["Smoothing", "width"], ["Rated load", "rated"], ["Play", "play"]]) {
+      assert.equal(await page.getByLabel(label, { exact: true }).count(), options.includes(option) ? 1 : 0, `${name}: ${label}`);
+    }
+    assert.ok((await page.evaluate(() => document.documentElement.scrollWidth)) <= 390, name);
+  }
+  await page.getByRole("button", { name: "force", exact: true }).click();
+  const known = page.getByRole("group", { name: "Known of the machine" });
+  await page.locator("label.free", { hasText: /^mass$/ }).locator("input").uncheck();
+  assert.equal(await known.getByLabel("mass", { exact: true }).inputValue(), "", "the mass of an axis has no default");
+  assert.equal(await known.getByLabel("incline", { exact: true }).count(), 1);
+  await close();
+});
+
+test("readings in volts are taken by two points, and what is wrong with these is said beside them", async () => {
+  const { page, close } = await open(browser, LINK);
+  const [, ...rows] = (await readFile(RIG, "utf8")).trimEnd().split("\n").map((row) => row.split(","));
+  await drop(page, "rig.csv", ["t,u,x [V]", ...rows.map(([t, u, x]) => `${t},${u},${x / 50}`)].join("\n"));
+  await page.waitForSelector("table.columns");
+  await page.getByLabel("Unit of position").selectOption("two points");
+  const field = page.getByLabel("Calibration of position");
+  const first = () => page.locator("table.columns tr", { has: page.getByRole("rowheader", { name: "position", exact: true }) }).locator("td").last().textContent();
+  for (const [text, problem] of [["0..10 V", /is written as/], ["0..10 V = 0..500 bar", /unit bar is refused/]]) {
+    await field.fill(text);
+    await field.press("Enter");
+    await page.locator("table.columns .problem", { hasText: problem }).waitFor();
+    assert.equal(await first(), "");
+  }
+  await field.fill("0..10 V = 0..500 mm");
+  await field.press("Enter");
+  await page.getByText("0.25006 m").waitFor();
+  assert.equal(await page.locator("table.columns .problem").textContent(), "");
+  // The table says volts.
+  await field.fill("4..20 mA = 0..500 mm");
+  await field.press("Enter");
+  await button(page).click();
+  assert.match(await page.locator("[data-problem]").textContent(), /column 3 \(x\): the table says V, but the calibration .* reads mA/);
   await close();
 });
 

@@ -84,10 +84,6 @@ impl Experiment for Force {
         vec!["mass"]
     }
 
-    fn machine(&self) -> &'static [&'static str] {
-        &["mass"]
-    }
-
     fn length(&self, step: f64) -> Option<f64> {
         Some(self.given.options.length.unwrap_or(LENGTH.max(FEWEST * step)))
     }

@@ -42,10 +42,6 @@ impl Experiment for Mechanical {
         (is_of_contact && !is_known) || name == "motion" || name.starts_with("load.") || name.starts_with("coupling.")
     }
 
-    fn machine(&self) -> &'static [&'static str] {
-        &["cylinder.bore", "cylinder.rod", "mass.moving"]
-    }
-
     fn length(&self, _: f64) -> Option<f64> {
         Some(self.given.options.length.unwrap_or(LENGTH))
     }

@@ -229,11 +229,6 @@ pub trait Experiment: Send + Sync {
         false
     }
 
-    /// Parameters that each machine has of its own.
-    fn machine(&self) -> &'static [&'static str] {
-        &[]
-    }
-
     /// Variables of the model that are recorded.
     fn outputs(&self) -> Vec<&'static str> {
         self.compared().to_vec()
@@ -288,10 +283,16 @@ pub trait Experiment: Send + Sync {
 pub struct Kind {
     /// Its name.
     pub name: &'static str,
+    /// What is given and what is compared, in a sentence.
+    pub about: &'static str,
     /// Signals that have to be measured.
     pub required: &'static [&'static str],
     /// Signals of which one of each pair has to be measured.
     pub either: &'static [[&'static str; 2]],
+    /// Signals that are taken as well where they are measured.
+    pub further: &'static [&'static str],
+    /// Parameters that each machine has of its own.
+    pub machine: &'static [&'static str],
     /// Model whose parameters are known or estimated.
     pub table: &'static str,
     /// Model that is simulated.
@@ -300,48 +301,67 @@ pub struct Kind {
 
 const BENCH: &str = "FrictionBench";
 const CYLINDER: &str = "PneumaticServoCylinder";
+const PNEUMATIC: &str = "pneumatic";
 
 /// All kinds of experiments.
 pub const KINDS: [Kind; 6] = [
     Kind {
         name: "motion",
+        about: "The motion of a seal or a tribometer is given; its force is compared.",
         required: &["time"],
         either: &[["position", "velocity"], ["frictionForce", "force"]],
+        further: &seal::LOADS,
+        machine: &[],
         table: BENCH,
         simulated: BENCH,
     },
     Kind {
         name: "points",
+        about: "Velocity and load of each row are given, without time; the force of steady sliding is compared.",
         required: &["velocity"],
         either: &[["frictionForce", "force"]],
+        further: &seal::LOADS,
+        machine: &[],
         table: BENCH,
         simulated: BENCH,
     },
     Kind {
         name: "force",
+        about: "A force is given that moves a mass; position, velocity or both are compared.",
         required: &["time", "force"],
         either: &[["position", "velocity"]],
+        further: &["normalForce"],
+        machine: &["mass"],
         table: BENCH,
         simulated: BENCH,
     },
     Kind {
         name: "mechanical",
+        about: "The pressures of a cylinder are given; the position of its carriage is compared.",
         required: &["time", "position", "chamberA.pressure", "chamberB.pressure"],
         either: &[],
+        further: &["velocity", "externalForce"],
+        machine: &["cylinder.bore", "cylinder.rod", "mass.moving"],
         table: CYLINDER,
         simulated: BENCH,
     },
     Kind {
-        name: "pneumatic",
+        name: PNEUMATIC,
+        about: "Position and valve voltage are given; the pressures are compared.",
         required: &["time", "position", "valveVoltage", "chamberA.pressure", "chamberB.pressure"],
         either: &[],
+        further: &["supplyPressure"],
+        machine: &["supplyPressure", "cylinder.bore", "cylinder.rod", "cylinder.stroke", "valve.C"],
         table: CYLINDER,
         simulated: CYLINDER,
     },
     Kind {
         name: "rig",
+        about: "The valve voltage is given; position, velocity and pressures are compared.",
         required: &["time", "valveVoltage", "position"],
         either: &[],
+        further: &["velocity", "chamberA.pressure", "chamberB.pressure", "supplyPressure", "externalForce"],
+        machine: &["supplyPressure", "cylinder.bore", "cylinder.rod", "cylinder.stroke", "mass.moving", "valve.C"],
         table: CYLINDER,
         simulated: CYLINDER,
     },
@@ -363,8 +383,25 @@ impl Kind {
         self.required.contains(&"time")
     }
 
-    /// Parameters of a law that a fit usually estimates; of points only those that friction of a steady motion depends on.
+    /// All signals that are taken, each once.
+    pub fn signals(&self) -> impl Iterator<Item = &'static str> {
+        let either = self.either.iter().flatten();
+        self.required.iter().chain(either).chain(self.further).copied()
+    }
+
+    /// Names of those of the [`Options`] with a default that act here: the width of parabolas, the rated load and the play.
+    pub fn options(&self) -> Vec<&'static str> {
+        let has_load = self.signals().any(|signal| signal == "normalForce");
+        let all = [("width", self.has_time()), ("rated", has_load), ("play", self.name == "motion")];
+        all.into_iter().filter(|(_, acts)| *acts).map(|(name, _)| name).collect()
+    }
+
+    /// Parameters that a fit usually estimates: those of the law, of points only those that friction of a steady motion depends on;
+    /// of the gas alone, which has no friction, the conductance of its valve.
     pub fn usual(&self, model: &Model, law: i32, known: &Values) -> Vec<String> {
+        if self.name == PNEUMATIC {
+            return vec!["valve.C".to_owned()];
+        }
         let mut names = law::usual(model, law, known);
         names.retain(|name| self.has_time() || law::acts_on_steady_motion(model, name));
         names
@@ -422,7 +459,7 @@ pub fn of_kind(given: Given) -> Result<Box<dyn Experiment>, Refused> {
         "points" => Box::new(points::Points::new(given)?),
         "force" => Box::new(force::Force::new(given)),
         "mechanical" => Box::new(mechanical::Mechanical::new(given)),
-        "pneumatic" => Box::new(pneumatic::Pneumatic::new(given)),
+        PNEUMATIC => Box::new(pneumatic::Pneumatic::new(given)),
         _ => Box::new(rig::Rig::new(given)),
     };
     let given = experiment.given();

@@ -48,10 +48,6 @@ impl Experiment for Pneumatic {
         std::iter::once("position").chain(self.inputs_given()).collect()
     }
 
-    fn machine(&self) -> &'static [&'static str] {
-        &["supplyPressure", "cylinder.bore", "cylinder.rod", "cylinder.stroke", "valve.C"]
-    }
-
     /// Smooths the position; its slopes move the carriage.
     fn prepare(&self, record: &Record) -> (Signals, Vec<bool>, Vec<String>) {
         let (mut driven, width, step) = (on_grids(record), self.given.options.width, record.step);

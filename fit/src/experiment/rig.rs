@@ -7,8 +7,6 @@ use crate::record::{Record, Signals};
 
 const COMPARED: [&str; 4] = ["position", "velocity", "chamberA.pressure", "chamberB.pressure"];
 const GIVEN: [&str; 3] = ["valveVoltage", "supplyPressure", "externalForce"];
-const MACHINE: [&str; 6] =
-    ["supplyPressure", "cylinder.bore", "cylinder.rod", "cylinder.stroke", "mass.moving", "valve.C"];
 
 /// PneumaticServoCylinder, open loop from the beginning of each segment.
 pub struct Rig {
@@ -35,10 +33,6 @@ impl Experiment for Rig {
 
     fn driving(&self) -> Vec<&'static str> {
         GIVEN.into_iter().filter(|signal| self.given.has(signal)).collect()
-    }
-
-    fn machine(&self) -> &'static [&'static str] {
-        &MACHINE
     }
 
     /// Compares all samples.

@@ -134,6 +134,9 @@ function trace(plot: uPlot, across: ArrayLike<number>, up: ArrayLike<number>): v
   ctx.stroke();
 }
 
+/** Radius in px of the dots of a line that has one at each point. */
+export const dotRadius = (width = 2.5): number => width + 1.5;
+
 /** Draws within the axes of a chart. */
 function within(plot: uPlot, draw: (ctx: CanvasRenderingContext2D) => void): void {
   const { ctx, bbox } = plot;
@@ -406,13 +409,14 @@ export class PathChart extends Chart<Paths> {
     if (across.length === 0) return null;
     within(plot, (ctx) => {
       ctx.strokeStyle = ctx.fillStyle = this.colours[index - 1];
-      const { dashed, dots } = this.look.lines[index - 1];
+      const { dashed, dots, width } = this.look.lines[index - 1];
+      const radius = dots === "all" ? dotRadius(width) : 4;
       if (dashed) ctx.setLineDash([5 * devicePixelRatio, 4 * devicePixelRatio]);
       if (dots !== "all") trace(plot, across, up);
       const first = { all: 0, last: across.length - 1, none: across.length }[dots ?? "last"];
       for (let point = first; point < across.length; point += 1) {
         ctx.beginPath();
-        ctx.arc(plot.valToPos(across[point], "x", true), plot.valToPos(up[point], "y", true), 4 * devicePixelRatio, 0, 2 * Math.PI);
+        ctx.arc(plot.valToPos(across[point], "x", true), plot.valToPos(up[point], "y", true), radius * devicePixelRatio, 0, 2 * Math.PI);
         ctx.fill();
       }
     });

@@ -64,7 +64,7 @@ export function save(name: string, content: BlobPart, type = "text/plain;charset
 /** A button that copies a text with the address of the present setting. */
 function copier(label: string, title: string, context: Context, text: (address: string) => string): HTMLElement {
   const copy = async () => {
-    history.replaceState(null, "", context.settings.fragment(context.library.tables));
+    history.replaceState(null, "", context.settings.fragment());
     try {
       await navigator.clipboard.writeText(text(location.href));
       button.textContent = "Copied";

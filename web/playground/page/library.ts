@@ -6,6 +6,7 @@ import type { Finding } from "./fit/findings";
 import type { Signal } from "./fit/signals";
 import type { Table } from "./fit/table";
 import { model } from "./tables";
+import type { Scale } from "./units";
 
 interface Exports extends WebAssembly.Exports {
   memory: WebAssembly.Memory;
@@ -28,6 +29,7 @@ interface Exports extends WebAssembly.Exports {
   playground_file(bytes: number): number;
   playground_read_table(): number;
   playground_proposed_columns(): number;
+  playground_scale(): number;
   playground_table_signals(): number;
   playground_findings(): number;
   playground_own_fmu(): number;
@@ -43,10 +45,14 @@ export class Refusal extends Error {
   }
 }
 
-/** Parameters that a fit estimates unless others are chosen, others of sensors and of a bench, and what its signals lack. */
+/**
+ * Parameters that a fit estimates unless others are chosen, others of sensors and of a bench, units of what may be known of the bench,
+ * and what its signals lack.
+ */
 export interface Estimable {
   usual: string[];
   others: string[];
+  bench: Record<string, string>;
   lacking: string | null;
 }
 
@@ -188,6 +194,13 @@ export class Library {
   proposedColumns({ names, units }: Table, signals: readonly Signal[]): [Signal, number, string | null][] {
     this.ask(JSON.stringify({ names, units, signals }), []);
     this.demand(this.exports.playground_proposed_columns());
+    return JSON.parse(this.text());
+  }
+
+  /** How readings in a unit, or with a calibration by two points, are turned into the SI unit of a signal. Throws a refusal. */
+  scale(signal: Signal, unit: string): Scale {
+    this.ask(`${signal}\0${unit}\0`, []);
+    this.demand(this.exports.playground_scale());
     return JSON.parse(this.text());
   }
 

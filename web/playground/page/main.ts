@@ -41,7 +41,7 @@ class Playground implements FitContext {
   private link = 0;
 
   constructor(readonly library: Library) {
-    this.settings = new Settings();
+    this.settings = new Settings(library.tables);
     this.parameters = new Parameters(
       this,
       (of, { name }, value) => this.change(of, name, value),
@@ -109,7 +109,7 @@ class Playground implements FitContext {
   /** Writes the settings into the address, in the place of what is there or after it. */
   private address(how: "replaceState" | "pushState"): void {
     clearTimeout(this.link);
-    history[how](null, "", this.settings.fragment(this.library.tables));
+    history[how](null, "", this.settings.fragment());
   }
 
   /** Shows the page of the present settings. */
@@ -126,7 +126,7 @@ class Playground implements FitContext {
 
   /** Takes over the link in the address, but for values that the library refuses. */
   private follow(): void {
-    const problems = this.settings.restore(location.hash, this.library.tables);
+    const problems = this.settings.restore(location.hash);
     for (const of of this.settings.models) {
       try {
         this.library.start(TRIAL, of, this.settings.values[of]);

@@ -1,7 +1,6 @@
 // Settings of the page, as a link restores them.
 
-import { isSettable, model, type Tables, type Variable } from "./tables";
-import { EXPERIMENTS, type ExperimentName } from "./fit/signals";
+import { experiment, isSettable, model, type Tables, type Variable } from "./tables";
 import { FIRST_CODE, type Result } from "./race/rules";
 import { STORIES } from "./stories";
 import { along, KINDS, POINTS, type Kind, type Signal } from "./signal";
@@ -37,7 +36,7 @@ export class Settings {
   /** The law that is compared with the cylinder's: SmoothCoulomb, which creeps where a set-valued law sticks. */
   secondLaw = 4;
   /** The experiment of a fit, and the parameters that are free in it; by default the usual ones of the law. */
-  experiment: ExperimentName = "rig";
+  experiment = "rig";
   free: readonly string[] | null = null;
   /** Racer: the hand of the visitor, or a program. */
   racer: Racer = "hand";
@@ -58,7 +57,7 @@ export class Settings {
     [CONTROLLER]: new Map(),
   };
 
-  constructor() {
+  constructor(private readonly tables: Tables) {
     this.values[BENCH].set("friction.law", BENCH_LAW);
     const rising = Array.from({ length: POINTS }, (_, index) => (2 * index) / (POINTS - 1) - 1);
     const nested = Array.from({ length: POINTS }, (_, index) => nestedLoops(index / (POINTS - 1)));
@@ -81,11 +80,11 @@ export class Settings {
   /** The models of the present view. */
   get models(): string[] {
     if (this.view !== "fit") return MODELS[this.view];
-    return [this.experiment === "rig" ? CYLINDER : BENCH];
+    return [experiment(this.tables, this.experiment).model];
   }
 
   /** The fragment of a link, for the present view. */
-  fragment(tables: Tables): string {
+  fragment(): string {
     const link = new URLSearchParams({ ...(this.story ? { story: this.story } : {}), view: this.view });
     if (this.view === "fit") {
       link.set("experiment", this.experiment);
@@ -108,7 +107,7 @@ export class Settings {
     }
     for (const of of this.models) {
       // The law is always in the link, because some pages do not start with the table's default.
-      const law = model(tables, of).variables.find(({ name }) => name === "friction.law");
+      const law = model(this.tables, of).variables.find(({ name }) => name === "friction.law");
       if (law) link.set(`${of}.${law.name}`, String(law.start));
       for (const [name, value] of this.values[of]) link.set(`${of}.${name}`, String(value));
     }
@@ -116,7 +115,7 @@ export class Settings {
   }
 
   /** Takes over the fragment of a link; returns what of it could not be understood. */
-  restore(fragment: string, tables: Tables): string[] {
+  restore(fragment: string): string[] {
     const link = new URLSearchParams(fragment.replace(/^#/, ""));
     const problems: string[] = [];
     const view = VIEWS.find((candidate) => candidate === link.get("view"));
@@ -127,13 +126,13 @@ export class Settings {
     const signal = this.signals[view];
     // A link that states the input states the centring, too, unless there is none.
     if (link.has("signal")) signal.centring = 0;
-    this.experiment = EXPERIMENTS.find((candidate) => candidate === link.get("experiment")) ?? "rig";
+    this.experiment = this.tables.experiments.find(({ name }) => name === link.get("experiment"))?.name ?? "rig";
     this.free = null;
     this.racer = "hand";
     this.toBeat = this.best = null;
     for (const of of this.models) this.forget(of);
     for (const [key, text] of link) {
-      const problem = this.take(key, text, signal, tables);
+      const problem = this.take(key, text, signal);
       if (problem) problems.push(problem);
     }
     return problems;
@@ -151,7 +150,7 @@ export class Settings {
     else this.values[of].set(entry.name, value);
   }
 
-  private take(key: string, text: string, signal: Signal, tables: Tables): string | null {
+  private take(key: string, text: string, signal: Signal): string | null {
     if (key === "view") return null;
     if (key === "story") {
       this.story = STORIES.find((story) => story.key === text)?.key ?? null;
@@ -188,7 +187,7 @@ export class Settings {
       if (fits) signal.points = points;
       return fits ? null : `a drawing has ${POINTS} points from -1000 to 1000`;
     }
-    const isKnown = NUMBERS.has(key) || this.entry(key, tables) !== undefined;
+    const isKnown = NUMBERS.has(key) || this.entry(key) !== undefined;
     if (!isKnown) return `there is no variable ${key}`;
     const value = text.trim() === "" ? NaN : Number(text);
     if (!Number.isFinite(value)) return `${key} = ${text} is no number`;
@@ -205,15 +204,15 @@ export class Settings {
       this.secondLaw = value;
       return null;
     }
-    const [of, known] = this.entry(key, tables) ?? [];
+    const [of, known] = this.entry(key) ?? [];
     if (of && known) this.give(of, known, value);
     return null;
   }
 
   /** The model and the variable that a key of a link names. */
-  private entry(key: string, tables: Tables): [string, Variable] | undefined {
+  private entry(key: string): [string, Variable] | undefined {
     const of = this.models.find((candidate) => key.startsWith(`${candidate}.`));
-    const known = of && model(tables, of).variables.find((entry) => `${of}.${entry.name}` === key && isSettable(entry));
+    const known = of && model(this.tables, of).variables.find((entry) => `${of}.${entry.name}` === key && isSettable(entry));
     return of && known ? [of, known] : undefined;
   }
 }

@@ -1,6 +1,6 @@
 // Charts as a drawing that scales: for reports and slides.
 
-import type { Chart } from "./charts";
+import { dotRadius, type Chart } from "./charts";
 import { short } from "./tables";
 
 const [WIDTH, HEIGHT] = [640, 260];
@@ -39,7 +39,11 @@ function one(chart: Chart<never>, colour: (property: string) => string, near: nu
     ),
   ];
   const curves = lines.flatMap(([across, up], index) => {
-    const { colour: property, dashed, width } = look.lines[index];
+    const { colour: property, dashed, width, dots } = look.lines[index];
+    if (dots === "all") {
+      const rows = [...Array(across.length).keys()].filter((row) => !Number.isNaN(up[row]));
+      return rows.map((row) => `<circle fill="${colour(property)}" r="${0.6 * dotRadius(width)}" cx="${x(across[row])}" cy="${y(up[row])}"/>\n`);
+    }
     const wide = width === undefined ? "" : ` style="stroke-width: ${width}"`;
     const style = `stroke="${colour(property)}"${dashed ? ' stroke-dasharray="5 4"' : ""}${wide}`;
     return pieces(across, up, ranges[0]).map((piece) => {

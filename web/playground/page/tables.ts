@@ -16,8 +16,20 @@ export interface WrittenUnit {
   si: string;
   factor: number;
   offset: number;
-  /** The offset of a quantity that counts above ambient pressure. */
-  offsetAboveAmbient: number;
+}
+
+/** An experiment that a fit is made of. */
+export interface Experiment {
+  name: string;
+  about: string;
+  /** The model whose parameters are known or estimated. */
+  model: string;
+  /** The signals that it takes, in the order in which they are offered. */
+  signals: string[];
+  /** Parameters that each machine has of its own. */
+  machine: string[];
+  /** The options of the use of the data that act in it. */
+  options: ("width" | "rated" | "play")[];
 }
 
 /** Other spellings of parts of units and of whole units, and their own. */
@@ -64,6 +76,9 @@ export interface Tables {
   version: string;
   models: Model[];
   units: Record<string, Unit>;
+  /** SI units of the signals that can be measured. */
+  signals: Record<string, string>;
+  experiments: Experiment[];
   written: WrittenUnit[];
   spellings: Spellings;
   enumerations: Record<string, { description: string; items: Item[] }>;
@@ -86,6 +101,12 @@ export const lawGroup = (of: Model, law: number): string =>
 export function model(tables: Tables, name: string): Model {
   const found = tables.models.find((candidate) => candidate.name === name);
   if (!found) throw new Error(`there is no model ${name}`);
+  return found;
+}
+
+export function experiment(tables: Tables, name: string): Experiment {
+  const found = tables.experiments.find((candidate) => candidate.name === name);
+  if (!found) throw new Error(`there is no experiment ${name}`);
   return found;
 }
 

@@ -2,11 +2,10 @@
 
 import type { DisplayUnit, Spellings, Tables } from "./tables";
 
-/** The value in SI units is `factor * value + offset`; of a quantity that counts above ambient pressure, with another offset. */
+/** The value in SI units is `factor * value + offset`. */
 export interface Scale {
   factor: number;
   offset: number;
-  offsetAboveAmbient: number;
 }
 
 /** The units of an SI unit by name, itself first, then those in which the library shows values. */
@@ -14,7 +13,7 @@ export function unitsOf({ units, written }: Tables, si: string): Map<string, Sca
   const own = written.filter((unit) => unit.si === si);
   const shown = (units[si]?.display ?? []).map(({ name }) => name);
   const order = (name: string) => (name === si ? -1 : shown.includes(name) ? shown.indexOf(name) : shown.length);
-  const found = new Map<string, Scale>([[si, { factor: 1, offset: 0, offsetAboveAmbient: 0 }]]);
+  const found = new Map<string, Scale>([[si, { factor: 1, offset: 0 }]]);
   for (const unit of own.sort((one, other) => order(one.name) - order(other.name))) found.set(unit.name, unit);
   return found;
 }
@@ -35,7 +34,7 @@ export function plain({ parts, whole }: Spellings, unit: string): string {
 }
 
 /** Turns values into SI units; a thousandth is a quotient, so that 250 mm are 0.25 m. */
-export function toSi(values: Float64Array, { factor, offset }: Pick<Scale, "factor" | "offset">, turned: boolean): Float64Array {
+export function toSi(values: Float64Array, { factor, offset }: Scale, turned: boolean): Float64Array {
   const inverse = Math.round(1 / factor);
   const isExact = factor < 1 && Math.abs(inverse * factor - 1) < 1e-14;
   const sign = turned ? -1 : 1;

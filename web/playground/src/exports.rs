@@ -9,7 +9,7 @@ use std::cell::RefCell;
 
 use crate::{
     CallError, Session, estimable, findings, fit, friction_columns, friction_table, own_fmu, proposed_columns,
-    read_table, table_signals, tables,
+    read_table, scale, table_signals, tables,
 };
 
 #[cfg(target_arch = "wasm32")]
@@ -184,6 +184,16 @@ pub extern "C" fn playground_read_table() -> u32 {
 #[unsafe(no_mangle)]
 pub extern "C" fn playground_proposed_columns() -> u32 {
     tell(proposed_columns(&String::from_utf8_lossy(&QUESTION.take())))
+}
+
+/// Makes factor and offset of a unit of a signal the text; the question is both, each with a zero behind it: [`scale`].
+// SAFETY: as for `playground_buffer`.
+#[unsafe(no_mangle)]
+pub extern "C" fn playground_scale() -> u32 {
+    let question = QUESTION.take();
+    let question = String::from_utf8_lossy(&question);
+    let (signal, unit) = question.split_once('\0').unwrap_or_default();
+    tell(scale(signal, unit.trim_end_matches('\0')))
 }
 
 /// Makes the signals of the table in question and samples the samples: [`table_signals`].

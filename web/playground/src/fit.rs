@@ -3,9 +3,8 @@
 use std::cell::{Cell, RefCell};
 
 use pneumatic_servo_fit::candidates;
-use pneumatic_servo_fit::experiment::{Given, Kind, Options, of_kind};
+use pneumatic_servo_fit::experiment::{Experiment, Given, Kind, Options, of_kind, parameter};
 use pneumatic_servo_fit::fitting::{self, Answer, Course, Estimate, Question};
-use pneumatic_servo_fit::law::usual;
 use pneumatic_servo_fit::parameter::Values;
 use pneumatic_servo_fit::problem::Interrupted;
 use pneumatic_servo_fit::search::Watch;
@@ -35,8 +34,8 @@ pub fn fit(question: &str, samples: &[f64], told: &dyn Fn(&Value)) -> Result<(Va
     }
 }
 
-/// Parameters that a fit estimates unless others are chosen, further ones of sensors and of a bench, and why the signals are too
-/// few, if they are. The question has experiment, law, known values and the names of the signals.
+/// Parameters that a fit estimates unless others are chosen, further ones of sensors and of a bench, what may be known of the bench,
+/// and why the signals are too few, if they are. The question has experiment, law, known values and the names of the signals.
 ///
 /// # Errors
 /// In words for the visitor, for a question that is none.
@@ -48,15 +47,23 @@ pub fn estimable(question: &str) -> Result<Value, String> {
     let (experiment, law, known, signals) = asked().ok_or("the question is incomplete")?;
     let kind = Kind::of_name(&experiment).map_err(|refused| refused.0)?;
     let given = Given::new(kind, law, known, signals, Options::default());
-    let usual = usual(given.table, law, &given.known);
+    let usual = kind.usual(given.table, law, &given.known);
     Ok(match of_kind(given) {
         Ok(experiment) => json!({
             "usual": usual.into_iter().chain(experiment.unknown().into_iter().map(str::to_owned)).collect::<Vec<_>>(),
             "others": candidates::estimable(&*experiment),
+            "bench": of_bench(&*experiment),
             "lacking": null,
         }),
-        Err(Refused(lacking)) => json!({ "usual": usual, "others": [], "lacking": lacking }),
+        Err(Refused(lacking)) => json!({ "usual": usual, "others": [], "bench": {}, "lacking": lacking }),
     })
+}
+
+/// Properties of a bench that its model does not have, or has no default of, with their units.
+fn of_bench(experiment: &dyn Experiment) -> Value {
+    let names = experiment.unknown().into_iter().chain(experiment.of_bench());
+    let of = |name: &str| parameter(experiment, name).map_or_else(|_| "1".to_owned(), |one| one.unit);
+    names.map(|name| (name.to_owned(), json!(of(name)))).collect::<serde_json::Map<_, _>>().into()
 }
 
 /// Progress of a fit.
@@ -120,7 +127,7 @@ fn read(question: &Value, samples: &[f64]) -> Option<Question> {
     if length == 0 || length * names.len() != samples.len() {
         return None;
     }
-    let options = &question["options"];
+    let (options, usual) = (&question["options"], Options::default());
     Some(Question {
         file: text(&question["file"])?,
         experiment: text(&question["experiment"])?,
@@ -131,10 +138,10 @@ fn read(question: &Value, samples: &[f64]) -> Option<Question> {
         validation: question["validation"].as_f64()?,
         starts: usize::try_from(question["starts"].as_u64()?).ok()?,
         options: Options {
-            rated: options["rated"].as_f64()?,
-            width: options["width"].as_f64()?,
+            rated: options["rated"].as_f64().unwrap_or(usual.rated),
+            width: options["width"].as_f64().unwrap_or(usual.width),
             play: options["play"].as_f64(),
-            ..Options::default()
+            ..usual
         },
     })
 }

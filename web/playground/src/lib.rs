@@ -21,5 +21,5 @@ pub use friction_table::{friction_columns, friction_table};
 pub use own_fmu::own_fmu;
 pub use plausibility::findings;
 pub use session::{BUFFER, SLOTS, Session};
-pub use table::{proposed_columns, read_table, table_signals};
+pub use table::{proposed_columns, read_table, scale, table_signals};
 pub use tables::tables;

@@ -24,7 +24,9 @@ pub fn findings(question: &str, samples: &[f64]) -> Result<Value, String> {
     let parts = || Some((question["experiment"].as_str()?, law(&question)?, known(&question)?));
     let (experiment, law, known) = parts().ok_or(incomplete)?;
     let kind = Kind::of_name(experiment).map_err(|refused| refused.0)?;
-    let Ok(found) = table.signals(&file, &chosen) else { return Ok(json!([])) };
+    let has_grid = chosen.iter().any(|column| column.signal == kind.required[0]);
+    let found = table.signals(&file, &chosen);
+    let (true, Ok(found)) = (has_grid, found) else { return Ok(json!([])) };
     let signals: Signals = chosen.iter().map(|column| column.signal.clone()).zip(found.samples).collect();
     let written = |place: usize, unit: &String| Written { name: table.names[place].clone(), unit: unit.clone() };
     let columns: BTreeMap<String, Written> =

@@ -1,8 +1,10 @@
 //! Tables of the visitor.
 
+use pneumatic_servo_fit::calibration::hint;
 use pneumatic_servo_fit::record::unit_of;
-use pneumatic_servo_fit::signals::{Chosen, proposed};
+use pneumatic_servo_fit::signals::{ABOVE_AMBIENT, Chosen, proposed};
 use pneumatic_servo_fit::tables::{Table, read};
+use pneumatic_servo_fit::units::to_si;
 use serde_json::{Value, json};
 
 /// Reads the table of a file; returns what stands in it beside its numbers, and these: its columns one after the other, and the line
@@ -51,6 +53,17 @@ pub fn table_signals(question: &str, samples: &[f64]) -> Result<(Value, Vec<f64>
     let found = table.signals(&file, &chosen).map_err(|refused| refused.0)?;
     let about = json!({ "rows": found.samples.first().map_or(0, Vec::len), "others": found.others });
     Ok((about, found.samples.concat()))
+}
+
+/// Factor and offset to the SI unit of a signal, of a unit or a calibration by two points.
+///
+/// # Errors
+/// In words for the visitor, for a unit that is none of the signal.
+pub fn scale(signal: &str, unit: &str) -> Result<Value, String> {
+    let si = unit_of(signal);
+    let scale = to_si(unit, si, signal == ABOVE_AMBIENT);
+    let (factor, offset) = scale.map_err(|problem| problem + &hint(unit, si))?;
+    Ok(json!({ "factor": factor, "offset": offset }))
 }
 
 fn text(value: &Value) -> Option<String> {
@@ -106,6 +119,19 @@ pub(crate) fn asked(question: &Value, samples: &[f64]) -> Option<(String, Table,
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_unit_of_a_signal_may_be_a_calibration() {
+        let of = |signal: &str, unit: &str| {
+            scale(signal, unit).map(|scale| [&scale["factor"], &scale["offset"]].map(|it| it.as_f64()))
+        };
+        assert_eq!(of("position", "0..10 V = 0..500 mm"), Ok([Some(0.05), Some(0.0)]));
+        // That of a bench counts above ambient.
+        assert_eq!(of("pressure", "barg"), Ok([Some(1e5), Some(0.0)]));
+        assert_eq!(of("pressure", "bara"), Ok([Some(1e5), Some(-101_325.0)]));
+        assert_eq!(of("chamberA.pressure", "barg"), Ok([Some(1e5), Some(101_325.0)]));
+        assert!(of("position", "V").expect_err("a refusal").contains("calibration"));
+    }
 
     #[test]
     fn columns_stand_behind_one_another_and_faults_beside_them() {

@@ -5,6 +5,8 @@ use std::collections::BTreeMap;
 use pneumatic_servo::model::Model;
 use pneumatic_servo::models;
 use pneumatic_servo::variables::{Enumeration, Kind, Role, Table, Unit, Variable};
+use pneumatic_servo_fit::experiment::{self, KINDS};
+use pneumatic_servo_fit::record::UNITS;
 use pneumatic_servo_fit::units::{PARTS, WHOLE, WRITTEN_UNITS, WrittenUnit};
 use serde_json::{Value, json};
 
@@ -24,9 +26,22 @@ pub fn tables() -> Value {
         "version": env!("CARGO_PKG_VERSION"),
         "models": models::ALL.iter().map(model).collect::<Vec<_>>(),
         "units": units,
+        "signals": UNITS.into_iter().collect::<BTreeMap<_, _>>(),
+        "experiments": KINDS.iter().map(experiment).collect::<Vec<_>>(),
         "written": WRITTEN_UNITS.iter().map(written).collect::<Vec<_>>(),
         "spellings": { "parts": PARTS, "whole": WHOLE },
         "enumerations": enumerations,
+    })
+}
+
+fn experiment(kind: &experiment::Kind) -> Value {
+    json!({
+        "name": kind.name,
+        "about": kind.about,
+        "model": kind.table,
+        "signals": kind.signals().collect::<Vec<_>>(),
+        "machine": kind.machine,
+        "options": kind.options(),
     })
 }
 
@@ -79,16 +94,9 @@ fn unit(unit: &Unit) -> Value {
     json!({ "display": display.collect::<Vec<_>>() })
 }
 
-/// A unit as people write it: `si = factor * written + offset`, with the offset of a quantity that counts above ambient
-/// pressure beside it.
+/// A unit as people write it: `si = factor * written + offset`.
 fn written(unit: &WrittenUnit) -> Value {
-    json!({
-        "name": unit.name,
-        "si": unit.si,
-        "factor": unit.factor,
-        "offset": unit.offset,
-        "offsetAboveAmbient": unit.offset_of(true),
-    })
+    json!({ "name": unit.name, "si": unit.si, "factor": unit.factor, "offset": unit.offset })
 }
 
 fn enumeration(enumeration: &Enumeration) -> Value {
@@ -124,9 +132,30 @@ mod tests {
         let tables = tables();
         let written = tables["written"].as_array().expect("units");
         let gauge = written.iter().find(|unit| unit["name"] == "barg").expect("a gauge pressure");
-        assert_eq!([&gauge["factor"], &gauge["offset"], &gauge["offsetAboveAmbient"]], [1e5, 101_325.0, 0.0]);
+        assert_eq!([&gauge["factor"], &gauge["offset"]], [1e5, 101_325.0]);
         assert_eq!(written.len(), WRITTEN_UNITS.len());
         assert_eq!(tables["spellings"]["whole"][0], json!(["Nm", "N.m"]));
+    }
+
+    #[test]
+    fn page_knows_experiments_by_the_table_of_the_fit() {
+        let tables = tables();
+        let experiments = tables["experiments"].as_array().expect("experiments");
+        assert_eq!(experiments.len(), KINDS.len());
+        for experiment in experiments {
+            let signals = experiment["signals"].as_array().expect("signals");
+            for signal in signals {
+                assert!(tables["signals"][signal.as_str().expect("a name")].is_string(), "{signal} has no unit");
+            }
+            let of = models::ALL.iter().find(|model| experiment["model"] == model.name).expect("a model");
+            for name in experiment["machine"].as_array().expect("parameters") {
+                assert!(of.table().find(name.as_str().expect("a name")).is_some(), "{name}");
+            }
+        }
+        let of = |name: &str| experiments.iter().find(|one| one["name"] == name).expect("an experiment");
+        assert_eq!(of("points")["options"], json!(["rated"]));
+        assert_eq!(of("motion")["options"], json!(["width", "rated", "play"]));
+        assert_eq!(of("force")["signals"], json!(["time", "force", "position", "velocity", "normalForce"]));
     }
 
     /// Some values in SI units, and as a visitor reads them.

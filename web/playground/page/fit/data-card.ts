@@ -2,17 +2,15 @@
 
 import { element, segments } from "../dom";
 import { fileDrop } from "../file-drop";
-import { short } from "../tables";
+import { experiment, short } from "../tables";
 import { scaleOf, writtenUnit } from "./columns";
-import { EXPERIMENTS, SIGNALS, TAKEN, type ExperimentName, type Signal } from "./signals";
+import type { Signal } from "./signals";
 import type { FitContext } from "./study";
 import type { Table } from "./table";
 import { unitsOf } from "../units";
 
-const ABOUT: Record<ExperimentName, string> = {
-  rig: "The valve voltage is given; position and pressures are compared.",
-  motion: "The motion of a seal or a tribometer is given; its force is compared.",
-};
+/** Stands in the list of units for a calibration by two points. */
+const BY_TWO_POINTS = "";
 
 /** Where a table is dropped or chosen. */
 export function dropZone({ study }: FitContext): HTMLElement {
@@ -24,22 +22,22 @@ export function dropZone({ study }: FitContext): HTMLElement {
 
 /** The choice of the experiment. */
 export function experimentChoice(context: FitContext): HTMLElement {
-  const { study, settings } = context;
-  const options = EXPERIMENTS.map((name) => [name, name] as const);
+  const { study, settings, library } = context;
+  const options = library.tables.experiments.map(({ name }) => [name, name] as const);
   const made = segments("Experiment", options, settings.experiment, (name) => {
     study.choose(name);
     context.open();
   });
-  return element("div", { class: "experiment" }, made, element("span", { class: "muted" }, ABOUT[settings.experiment]));
+  return element("div", { class: "experiment" }, made, element("span", { class: "muted" }, experiment(library.tables, settings.experiment).about));
 }
 
 /** The columns of the signals of the experiment, with their units. */
 export function columnTable(context: FitContext): HTMLElement | null {
-  const { study, settings } = context;
+  const { study, settings, library } = context;
   const { table } = study;
   if (!table) return null;
   const head = ["Signal", "Column", "Unit", "Sign", "First value"].map((text) => element("th", { scope: "col" }, text));
-  const rows = TAKEN[settings.experiment].map((signal) => row(context, table, signal));
+  const rows = experiment(library.tables, settings.experiment).signals.map((signal) => row(context, table, signal));
   return element(
     "div",
     { class: "wide" },
@@ -47,8 +45,9 @@ export function columnTable(context: FitContext): HTMLElement | null {
   );
 }
 
-function row({ study, library }: FitContext, table: Table, signal: Signal): HTMLElement {
-  const si = SIGNALS[signal];
+function row(context: FitContext, table: Table, signal: Signal): HTMLElement {
+  const { study, library } = context;
+  const si = library.tables.signals[signal];
   const column = study.columns.get(signal);
   const change = (next: typeof column) => {
     if (next) study.columns.set(signal, next);
@@ -60,14 +59,16 @@ function row({ study, library }: FitContext, table: Table, signal: Signal): HTML
   columns.value = String(column?.place ?? -1);
   columns.addEventListener("change", () => {
     const place = Number(columns.value);
-    const unit = writtenUnit(library.tables, table, place, signal) ?? si;
+    const unit = writtenUnit(library, table, place, signal) ?? si;
     change(place < 0 ? undefined : { place, unit, turned: false });
   });
   const scales = unitsOf(library.tables, si);
   const units = element("select", { "aria-label": `Unit of ${signal}` });
   for (const name of scales.keys()) units.append(element("option", { value: name }, name));
-  units.value = column?.unit ?? si;
-  const written = column ? writtenUnit(library.tables, table, column.place, signal) : null;
+  if (signal !== "time") units.append(element("option", { value: BY_TWO_POINTS }, "two points"));
+  const isCalibrated = column !== undefined && !scales.has(column.unit);
+  units.value = isCalibrated ? BY_TWO_POINTS : (column?.unit ?? si);
+  const written = column ? writtenUnit(library, table, column.place, signal) : null;
   units.disabled = !column;
   units.title = written === null ? "" : `the table says ${written}`;
   units.addEventListener("change", () => column && change({ ...column, unit: units.value }));
@@ -75,14 +76,27 @@ function row({ study, library }: FitContext, table: Table, signal: Signal): HTML
   turned.checked = column?.turned ?? false;
   turned.disabled = !column || signal === "time";
   turned.addEventListener("change", () => column && change({ ...column, turned: turned.checked }));
-  const known = column && scales.get(column.unit);
-  const scale = known && scaleOf(signal, known);
-  const first = column && scale ? (column.turned ? -1 : 1) * (table.columns[column.place][0] * scale.factor + scale.offset) : null;
+  const scale = column && scaleOf(library, signal, column.unit);
+  const first = column && scale && typeof scale !== "string" ? (column.turned ? -1 : 1) * (table.columns[column.place][0] * scale.factor + scale.offset) : null;
   const cells: (Node | string)[] = [
     columns,
-    units,
+    isCalibrated ? element("div", { class: "calibration" }, units, calibration(context, signal, column.unit, scale, (unit) => change({ ...column, unit }))) : units,
     element("label", { class: "turn" }, turned, "opposite"),
     first === null ? "" : `${short(first, 5)} ${si}`,
   ];
   return element("tr", {}, element("th", { scope: "row" }, signal), ...cells.map((cell) => element("td", {}, cell)));
+}
+
+/** The field for a calibration by two points, with what is wrong with it. */
+function calibration({ library }: FitContext, signal: Signal, text: string, scale: unknown, change: (unit: string) => void): HTMLElement {
+  const [, shown] = unitsOf(library.tables, library.tables.signals[signal]).keys();
+  const input = element("input", {
+    type: "text",
+    "aria-label": `Calibration of ${signal}`,
+    placeholder: `0..10 V = 0..500 ${shown}`,
+    value: text,
+    onchange: () => change(input.value.trim()),
+  });
+  const problem = typeof scale === "string" && text !== BY_TWO_POINTS ? scale : "";
+  return element("div", {}, input, element("span", { class: "problem", role: "alert" }, problem));
 }

@@ -36,12 +36,12 @@ export function fittedValues({ library, study }: FitContext, { question, answer 
 }
 
 /** Measured and simulated values in SI units. */
-function curves({ answer }: Found): string {
+function curves({ question, answer }: Found): string {
   const signals = [...answer.rms.keys()];
-  const lines = [["time", ...signals.flatMap((signal) => [`measured.${signal}`, `simulated.${signal}`])].join(",")];
-  for (const { time, measured, simulated } of answer.courses) {
-    const columns = [time, ...signals.flatMap((signal) => [measured.get(signal)!, simulated.get(signal)!])];
-    for (let row = 0; row < time.length; row += 1) lines.push(columns.map((column) => String(column[row])).join(","));
+  const lines = [[question.signals.has("time") ? "time" : "velocity", ...signals.flatMap((signal) => [`measured.${signal}`, `simulated.${signal}`])].join(",")];
+  for (const { across, measured, simulated } of answer.courses) {
+    const columns = [across, ...signals.flatMap((signal) => [measured.get(signal)!, simulated.get(signal)!])];
+    for (let row = 0; row < across.length; row += 1) lines.push(columns.map((column) => String(column[row])).join(","));
   }
   return `${lines.join("\n")}\n`;
 }
@@ -59,9 +59,7 @@ function program({ library, study }: FitContext, { question, columns, table }: F
   const further = [
     `validation=${question.validation}`,
     `starts=${question.starts}`,
-    `width=${options.width}`,
-    ...(question.experiment === "motion" ? [`rated=${options.rated}`] : []),
-    ...(options.play === null ? [] : [`play=${options.play}`]),
+    ...Object.entries(options).flatMap(([name, value]) => (value === null ? [] : [`${name}=${value}`])),
   ];
   return `import pneumatic_servo as ps
 

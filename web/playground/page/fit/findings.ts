@@ -3,7 +3,7 @@
 import { element } from "../dom";
 import { model, short } from "../tables";
 import { unitsOf } from "../units";
-import { SIGNALS, type Signal } from "./signals";
+import type { Signal } from "./signals";
 import type { FitContext } from "./study";
 
 export type Remedy =
@@ -39,11 +39,11 @@ export function findingList(context: FitContext): HTMLElement | null {
 }
 
 /** Gains and offsets of sensors that remedies have set, which no other part of the page shows. */
-export function sensorList({ study }: FitContext): HTMLElement | null {
+export function sensorList({ study, library }: FitContext): HTMLElement | null {
   if (!study.sensors.size) return null;
   const told = [...study.sensors].map(([name, value]) => {
     const [kind, ...signal] = name.split(".");
-    return `${name} = ${short(value, 6)}${kind === "offset" ? ` ${SIGNALS[signal.join(".") as Signal]}` : ""}`;
+    return `${name} = ${short(value, 6)}${kind === "offset" ? ` ${library.tables.signals[signal.join(".")]}` : ""}`;
   });
   const forget = () => {
     study.sensors.clear();
@@ -53,15 +53,15 @@ export function sensorList({ study }: FitContext): HTMLElement | null {
 }
 
 function button(context: FitContext, remedy: Remedy): HTMLElement | null {
-  const text = named(remedy);
+  const text = named(context, remedy);
   return text === null ? null : element("button", { type: "button", onclick: () => follow(context, remedy) }, text);
 }
 
-function named(remedy: Remedy): string | null {
+function named({ library }: FitContext, remedy: Remedy): string | null {
   switch (remedy.kind) {
     case "unit": {
       const { signal, unit } = remedy;
-      const isGauge = SIGNALS[signal] === "Pa" && unit.endsWith("g");
+      const isGauge = library.tables.signals[signal] === "Pa" && unit.endsWith("g");
       return isGauge ? `Take it as ${unit.slice(0, -1)} above the atmosphere` : `Take it in ${unit}`;
     }
     case "turn":
@@ -83,7 +83,7 @@ function follow(context: FitContext, remedy: Remedy): void {
     const column = columns.get(signal);
     if (column) columns.set(signal, { ...column, ...changes });
   };
-  if (remedy.kind === "unit" && unitsOf(library.tables, SIGNALS[remedy.signal]).has(remedy.unit)) change(remedy.signal, { unit: remedy.unit });
+  if (remedy.kind === "unit" && unitsOf(library.tables, library.tables.signals[remedy.signal]).has(remedy.unit)) change(remedy.signal, { unit: remedy.unit });
   if (remedy.kind === "turn") change(remedy.signal, { turned: !columns.get(remedy.signal)?.turned });
   if (remedy.kind === "swap") {
     const [one, other] = remedy.signals;

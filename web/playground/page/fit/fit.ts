@@ -1,21 +1,21 @@
 // A fit: question and answer of the module, which the Python package uses as well.
 
 import type { Library } from "../library";
-import type { ExperimentName, Signal, Signals } from "./signals";
+import type { Signal, Signals } from "./signals";
 
-/** Options of the use of the data. */
+/** Options of the use of the data, as far as they act in the experiment. */
 export interface Options {
   /** Normal force in N at which the load factor is 1. */
-  rated: number;
+  rated?: number;
   /** Width in s of the parabolas that give velocities. */
-  width: number;
+  width?: number;
   /** Play in m that hides the jitter of a position at rest; by default three times its noise. */
-  play: number | null;
+  play?: number | null;
 }
 
 export interface Question {
   file: string;
-  experiment: ExperimentName;
+  experiment: string;
   /** Number of the friction law. */
   law: number;
   signals: Signals;
@@ -41,7 +41,8 @@ export interface Estimate {
 
 /** A segment of the record, with what was measured and what the fitted model gives. */
 export interface Course {
-  time: Float64Array;
+  /** Times in s, or velocities in m/s of points without a time. */
+  across: Float64Array;
   measured: Map<Signal, Float64Array>;
   simulated: Map<Signal, Float64Array>;
 }
@@ -55,7 +56,7 @@ export interface Answer {
   rms: Map<Signal, number>;
   validationRms: Map<Signal, number>;
   notes: string[];
-  /** The start of the validation data, or null. */
+  /** The start in s of the validation data, of points the number of their first row; null without. */
   validationFrom: number | null;
   /** Verdict on the fit: a light, its meaning, and the reasons, the worst first. */
   light: Light;
@@ -105,13 +106,16 @@ export function fit(library: Library, question: Question, tell: (progress: Progr
   let place = 0;
   const courses = lengths.map((length): Course => {
     const next = () => curves.slice(place, (place += length));
-    const course: Course = { time: next(), measured: new Map(), simulated: new Map() };
+    const course: Course = { across: next(), measured: new Map(), simulated: new Map() };
     for (const signal of compared) {
       course.measured.set(signal, next());
       course.simulated.set(signal, next());
     }
     return course;
   });
+  // The points of a table have no time: they are one course, in the order of their rows.
+  const velocities = signals.has("time") ? undefined : signals.get("velocity");
+  if (velocities) courses.forEach((course) => (course.across = velocities));
   const estimates = answer.estimates.map((one) => ({ ...one, value: Number(one.value), low: Number(one.low), high: Number(one.high) }));
   const start = new Map(Object.entries(answer.start));
   return { ...answer, start, estimates, rms: bySignal(answer.rms), validationRms: bySignal(answer.validationRms), courses };

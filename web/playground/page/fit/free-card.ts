@@ -1,7 +1,7 @@
 // The card of estimated parameters, and of the use of the data.
 
 import { element } from "../dom";
-import { model, short } from "../tables";
+import { experiment, model, short } from "../tables";
 import type { Choices, FitContext } from "./study";
 
 /** Parameters that may be free, with those that usually are first; others are added by name. */
@@ -75,8 +75,9 @@ const ENTRIES: Entry[] = [
 ];
 
 /** Options of the use of the data. */
-export function choices({ study, settings }: FitContext): HTMLElement {
-  const isShown = ({ key }: Entry) => settings.experiment === "motion" || (key !== "rated" && key !== "play");
+export function choices({ study, settings, library }: FitContext): HTMLElement {
+  const { options } = experiment(library.tables, settings.experiment);
+  const isShown = ({ key }: Entry) => key === "validation" || key === "starts" || options.includes(key);
   const fields = ENTRIES.filter(isShown).map((entry) => {
     const { key, label, unit, factor, title, least, below } = entry;
     const value = study.choices[key];

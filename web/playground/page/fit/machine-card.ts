@@ -2,67 +2,66 @@
 
 import { element } from "../dom";
 import { Refusal } from "../library";
-import { model, variable, type Variable } from "../tables";
+import { experiment, model } from "../tables";
 import type { FitContext } from "./study";
 import { Mistyped, typed } from "../typed";
 import { plain, typedAs, unitsOf } from "../units";
 
-/** Own parameters of a machine. */
-const OWN: [string, string][] = [
-  ["supplyPressure", "Supply"],
-  ["mass.moving", "Moving mass"],
-  ["cylinder.bore", "Bore"],
-  ["cylinder.rod", "Rod"],
-  ["cylinder.stroke", "Stroke"],
-  ["valve.C", "Conductance"],
-];
-
-/** Fields for what is known of a rig, without what is measured or estimated; nothing for a bench. */
+/** Fields for what is known of a machine or a bench, without what is measured or estimated; nothing where nothing can be known. */
 export function machine(context: FitContext): HTMLElement | null {
   const { study, settings, library } = context;
-  if (settings.experiment !== "rig") return null;
-  const of = model(library.tables, study.modelName);
-  const measured = new Set<string>(study.columns.keys());
-  const asked = OWN.filter(([name]) => !measured.has(name) && !study.free.includes(name));
+  const { machine: own } = experiment(library.tables, settings.experiment);
+  const { bench } = study.estimable;
+  const asked = [...new Set([...own, ...Object.keys(bench)])].filter((name) => !study.columns.has(name) && !study.free.includes(name));
+  if (!asked.length) return null;
   const problem = element("p", { class: "problem", role: "alert" });
-  const fields = asked.map(([name, label]) => field(context, variable(of, name), label, problem));
+  const fields = asked.map((name) => field(context, name, bench[name], problem));
   const head = element("span", { class: "title" }, "What do you know of the machine?");
   return element("div", { role: "group", "aria-label": "Known of the machine" }, head, element("div", { class: "gains" }, ...fields), problem);
 }
 
-function field(context: FitContext, entry: Variable, label: string, problem: HTMLElement): HTMLElement {
+/** A field for a parameter; one with a unit of a bench has no default. */
+function field(context: FitContext, name: string, ofBench: string | undefined, problem: HTMLElement): HTMLElement {
   const { study, settings, library } = context;
-  const units = unitsOf(library.tables, entry.of ?? "1");
-  const unit = study.units.get(entry.name) ?? entry.display ?? entry.of ?? "1";
+  const { tables } = library;
+  const entry = model(tables, study.modelName).variables.find((variable) => variable.name === name);
+  const si = ofBench ?? entry?.of ?? "1";
+  const units = unitsOf(tables, si);
+  const unit = study.units.get(name) ?? entry?.display ?? si;
   const { factor, offset } = units.get(unit) ?? { factor: 1, offset: 0 };
-  const given = settings.values[study.modelName].get(entry.name);
-  const value = given ?? entry.start ?? 0;
+  const given = study.bench.get(name) ?? settings.values[study.modelName].get(name);
+  const value = given ?? (ofBench === undefined ? entry?.start : null) ?? null;
   const input = element("input", {
     type: "text",
     inputmode: "decimal",
-    "aria-label": label,
-    value: String(Number(((value - offset) / factor).toPrecision(12))),
+    "aria-label": name,
+    value: value === null ? "" : String(Number(((value - offset) / factor).toPrecision(12))),
     onchange: () => {
       const shown = { name: unit, factor: 1 / factor, offset: -offset / factor };
       try {
-        const number = typed(input.value, unit, typedAs(library.tables, entry.of ?? "1", shown), (name) => plain(library.tables.spellings, name));
-        context.change(study.modelName, entry.name, factor * number + offset);
+        if (ofBench !== undefined) study.bench.delete(name);
+        if (ofBench === undefined || input.value.trim() !== "") {
+          const number = factor * typed(input.value, unit, typedAs(tables, si, shown), (other) => plain(tables.spellings, other)) + offset;
+          if (ofBench === undefined) context.change(study.modelName, name, number);
+          else study.bench.set(name, number);
+        }
+        if (ofBench !== undefined) study.shown();
       } catch (error) {
         if (!(error instanceof Refusal || error instanceof Mistyped)) throw error;
         input.setAttribute("aria-invalid", "true");
-        problem.textContent = `${label}: ${error.message}`;
+        problem.textContent = `${name}: ${error.message}`;
       }
     },
   });
   const choice = element("select", {
-    "aria-label": `Unit of ${label}`,
+    "aria-label": `Unit of ${name}`,
     onchange: () => {
-      study.units.set(entry.name, choice.value);
+      study.units.set(name, choice.value);
       study.shown();
     },
   });
-  for (const name of units.keys()) choice.append(element("option", { value: name }, name));
+  for (const other of units.keys()) choice.append(element("option", { value: other }, other));
   choice.value = unit;
-  const kind = given === undefined ? element("span", { class: "muted" }, "default") : "";
-  return element("label", { class: "option", title: entry.description }, element("span", {}, label), input, choice, kind);
+  const kind = given === undefined ? element("span", { class: "muted" }, value === null ? "not given" : "default") : "";
+  return element("label", { class: "option", title: entry?.description ?? name }, element("span", {}, name), input, choice, kind);
 }

@@ -15,7 +15,8 @@ export function printReport(context: FitContext, found: Found): void {
   print();
 }
 
-function report(context: FitContext, { question, answer }: Found): HTMLElement {
+function report(context: FitContext, found: Found): HTMLElement {
+  const { question, answer } = found;
   const { library, study } = context;
   const { tables } = library;
   const of = model(tables, study.modelName);
@@ -24,7 +25,7 @@ function report(context: FitContext, { question, answer }: Found): HTMLElement {
     const unit = of.variables.find((entry) => entry.name === name)?.of ?? "1";
     return `${name} = ${short(value, 6)}${unit === "1" ? "" : ` ${unit}`}`;
   });
-  const charts = curves(answer);
+  const charts = curves(context, found);
   const figure = element("div", { class: "figures" });
   // One below the other, the signals on the left and their residuals on the right.
   for (const chart of charts) {
@@ -38,7 +39,7 @@ function report(context: FitContext, { question, answer }: Found): HTMLElement {
     element("h1", {}, `${lawName(tables, question.law)} fitted to ${question.file}`),
     ...verdictLines(answer),
     estimateTable(context, answer),
-    residualTable(answer),
+    residualTable(context, answer),
     element("p", {}, `Known: ${given.join(", ") || "nothing"}.`),
     ...answer.notes.map((note) => element("p", {}, `${note[0].toUpperCase()}${note.slice(1)}.`)),
     figure,

@@ -1,13 +1,13 @@
 // Result of a fit: values with their intervals, the residual of each signal, and the curves.
 
-import { TimeChart } from "../charts";
+import { PathChart, TimeChart, type Chart } from "../charts";
 import { element } from "../dom";
 import { Refusal } from "../library";
-import { displayUnit, items, model, short } from "../tables";
+import { displayUnit, items, model, short, type Tables } from "../tables";
 import { toSi, unitsOf } from "../units";
 import { scaleOf, type Column } from "./columns";
 import type { Answer, Course, Estimate } from "./fit";
-import { SIGNALS, type Signal } from "./signals";
+import type { Signal } from "./signals";
 import type { FitContext, Found } from "./study";
 
 /** Most charts of a preview. */
@@ -17,17 +17,17 @@ const DRAWN = 4000;
 /** Units of the signals in charts, by SI unit. */
 const SHOWN: Record<string, [string, number]> = { m: ["mm", 1e3], "m/s": ["mm/s", 1e3], Pa: ["bar", 1e-5] };
 
-const shownIn = (signal: Signal): [string, number] => SHOWN[SIGNALS[signal]] ?? [SIGNALS[signal], 1];
+const shownIn = ({ signals }: Tables, signal: Signal): [string, number] => SHOWN[signals[signal]] ?? [signals[signal], 1];
 
 /** The tables of a fit, and the button that gives its values to the other pages. */
-export function resultTables(context: FitContext, { answer }: Found, print: () => void): HTMLElement {
+export function resultTables(context: FitContext, { question, answer }: Found, print: () => void): HTMLElement {
   const estimates = estimateTable(context, answer);
-  const left = residualTable(answer);
+  const left = residualTable(context, answer);
   const others = answer.findings.slice(1).filter((text) => text !== answer.cause);
   const notes = [
     ...others.map(ended),
     ...answer.notes.map((note) => `${note[0].toUpperCase()}${note.slice(1)}.`),
-    ...(answer.validationFrom === null ? [] : [`From t = ${short(answer.validationFrom)} s on, shaded, the curves are a prediction of validation data.`]),
+    ...(answer.validationFrom === null ? [] : [predicted(answer.validationFrom, question.signals.has("time"))]),
   ];
   return element(
     "section",
@@ -45,6 +45,12 @@ export function resultTables(context: FitContext, { answer }: Found, print: () =
     ),
   );
 }
+
+/** What is a prediction of validation data. */
+const predicted = (from: number, hasTime: boolean): string =>
+  hasTime
+    ? `From t = ${short(from)} s on, shaded, the curves are a prediction of validation data.`
+    : `From row ${from + 1} of the table on, the points are a prediction of validation data.`;
 
 /** The light with the worst finding, and below it the cause that would explain most of the residual. */
 export function verdictLines({ light, head, findings, cause }: Answer): HTMLElement[] {
@@ -92,12 +98,12 @@ export const estimateTable = (context: FitContext, { estimates }: Answer): HTMLE
   );
 
 /** The RMS residuals of the fitted and of the validation data. */
-export const residualTable = ({ rms, validationRms }: Answer): HTMLElement =>
+export const residualTable = ({ library: { tables } }: FitContext, { rms, validationRms }: Answer): HTMLElement =>
   element(
     "table",
     { class: "left" },
     head("Signal", "RMS residual", "RMS residual, validation", "Unit"),
-    element("tbody", {}, ...[...rms].map(([signal, own]) => leftRow(signal, own, validationRms.get(signal)))),
+    element("tbody", {}, ...[...rms].map(([signal, own]) => leftRow(signal, own, validationRms.get(signal), shownIn(tables, signal)))),
   );
 
 /** A value with its interval, in the unit in which the form asks for it. */
@@ -114,8 +120,7 @@ function estimateRow({ library, study }: FitContext, { name, value, low, high, u
   return row;
 }
 
-function leftRow(signal: Signal, rms: number, heldOut: number | undefined): HTMLElement {
-  const [unit, factor] = shownIn(signal);
+function leftRow(signal: Signal, rms: number, heldOut: number | undefined, [unit, factor]: [string, number]): HTMLElement {
   const cells = [short(rms * factor), heldOut === undefined ? "" : short(heldOut * factor), unit];
   return element("tr", { "data-signal": signal, "data-rms": String(rms) }, element("th", { scope: "row" }, signal), ...cells.map((cell) => element("td", {}, cell)));
 }
@@ -141,49 +146,71 @@ function takeOver(context: FitContext, answer: Answer): void {
 }
 
 /** For each compared signal a chart of measured over simulated values, and one of their difference; validation data are shaded. */
-export function curves({ courses, validationFrom }: Answer): TimeChart[] {
+export function curves({ library: { tables } }: FitContext, { question, answer: { courses, validationFrom } }: Found): Chart<never>[] {
   const signals = [...(courses[0]?.measured.keys() ?? [])];
-  const times = drawn(courses, ({ time }) => time, 1, ({ time }) => time[time.length - 1]);
+  const axis = axisOf(tables, question.signals);
+  const across = drawn(courses, ({ across: all }) => all, axis.factor, ({ across: all }) => axis.factor * all[all.length - 1]);
   return signals.flatMap((signal) => {
-    const [unit, factor] = shownIn(signal);
+    const [unit, factor] = shownIn(tables, signal);
     const line = (of: (course: Course) => ArrayLike<number>) => drawn(courses, of, factor, () => NaN);
     const measured = line((course) => course.measured.get(signal) ?? []);
     const simulated = line((course) => course.simulated.get(signal) ?? []);
-    const both = chart(signal, unit, ["simulated", "measured"], times, [simulated, measured], validationFrom);
+    const both = chart(signal, unit, ["simulated", "measured"], axis, across, [simulated, measured], validationFrom);
     const difference = measured.map((value, index) => value - simulated[index]);
-    return [both, chart(`${signal}: residual`, unit, ["residual"], times, [difference], validationFrom)];
+    return [both, chart(`${signal}: residual`, unit, ["residual"], axis, across, [difference], validationFrom)];
   });
 }
 
 /** The measured signals as they will be taken, before a fit. */
-export function preview({ library: { tables }, study: { table, columns } }: FitContext): TimeChart[] {
+export function preview({ library, study: { table, columns } }: FitContext): Chart<never>[] {
   const rows = table?.lines.length ?? 0;
   const stride = Math.max(Math.ceil(rows / DRAWN), 1);
   const taken = ([signal, { place, unit, turned }]: [Signal, Column]): [Signal, Float64Array] | null => {
-    const scale = unitsOf(tables, SIGNALS[signal]).get(unit);
+    const scale = scaleOf(library, signal, unit);
     const drawn = table?.columns[place].filter((_, row) => row % stride === 0);
-    return scale && drawn ? [signal, toSi(drawn, scaleOf(signal, scale), turned)] : null;
+    return typeof scale !== "string" && drawn ? [signal, toSi(drawn, scale, turned)] : null;
   };
+  const axis = axisOf(library.tables, columns);
   const signals = [...columns].slice(0, PREVIEWED + 1).flatMap((column) => [taken(column)].filter((one) => one !== null));
-  const [, times] = signals.find(([signal]) => signal === "time") ?? [];
-  if (!times) return [];
+  const [, across] = signals.find(([signal]) => signal === axis.signal) ?? [];
+  if (!across) return [];
   return signals
-    .filter(([signal]) => signal !== "time")
+    .filter(([signal]) => signal !== axis.signal)
     .map(([signal, values]) => {
-      const [unit, factor] = shownIn(signal);
-      return chart(signal, unit, ["measured"], [...times], [Array.from(values, (value) => value * factor)], null);
+      const [unit, factor] = shownIn(library.tables, signal);
+      const line = Array.from(values, (value) => value * factor);
+      return chart(signal, unit, ["measured"], axis, Array.from(across, (value) => value * axis.factor), [line], null);
     });
+}
+
+/** What stands across a chart: the time, or the velocity of points, which have none. */
+interface Axis {
+  signal: Signal;
+  unit: string;
+  factor: number;
+}
+
+function axisOf(tables: Tables, signals: ReadonlyMap<Signal, unknown>): Axis {
+  const signal = signals.has("time") ? "time" : "velocity";
+  const [unit, factor] = shownIn(tables, signal);
+  return { signal, unit, factor };
 }
 
 const COLOURS: Record<string, string> = { measured: "--line-2", simulated: "--line-1", residual: "--line-3" };
 /** The simulated curve is the wider one, so that it shows beside the measured one over it. */
 const WIDTHS: Record<string, number> = { simulated: 4, measured: 1.5 };
 
-function chart(title: string, up: string, labels: string[], times: number[], lines: number[][], validationFrom: number | null): TimeChart {
+function chart(title: string, up: string, labels: string[], axis: Axis, across: number[], lines: number[][], validationFrom: number | null): Chart<never> {
   const look = labels.map((label) => ({ label, colour: COLOURS[label], width: WIDTHS[label] }));
+  const last = across[across.length - 1];
+  if (axis.signal !== "time") {
+    const points = look.map((line) => ({ ...line, dots: "all" as const }));
+    const made = new PathChart({ title, across: `${axis.signal} in ${axis.unit}`, up, lines: points, span: 1e-3 });
+    made.show(lines.map((line) => [across, line]), [across[0], last]);
+    return made;
+  }
   const made = new TimeChart({ title, up, lines: look, span: 1e-3 });
-  const last = times[times.length - 1];
-  made.show({ times, lines, ...(validationFrom === null ? {} : { shaded: [validationFrom, last] }) }, [times[0], last]);
+  made.show({ times: across, lines, ...(validationFrom === null ? {} : { shaded: [validationFrom, last] }) }, [across[0], last]);
   return made;
 }
 
@@ -194,7 +221,7 @@ function drawn(
   factor: number,
   gap: (course: Course) => number,
 ): number[] {
-  const rows = courses.reduce((total, { time }) => total + time.length, 0);
+  const rows = courses.reduce((total, { across }) => total + across.length, 0);
   const stride = Math.max(Math.ceil(rows / DRAWN), 1);
   return courses.flatMap((course) => {
     const values = of(course);

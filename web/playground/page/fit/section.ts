@@ -11,9 +11,10 @@ import type { FitContext, Found } from "./study";
 const NEAR = 2;
 
 /** A section of HTML, as the Python package writes it: record, date, verdict, values with intervals, residuals, curves. */
-export function fitSection(context: FitContext, { question, answer }: Found): string {
+export function fitSection(context: FitContext, found: Found): string {
+  const { question, answer } = found;
   const today = new Date().toISOString().slice(0, 10);
-  const charts = curves(answer).filter(({ look }) => look.lines.length > 1);
+  const charts = curves(context, found).filter(({ look }) => look.lines.length > 1);
   const pictures = charts.map((chart) => {
     const picture = drawing([chart], (name) => css(name, "light"), NEAR);
     return element("img", { alt: chart.look.title, src: `data:image/svg+xml;charset=utf-8,${encodeURIComponent(picture)}` });
@@ -25,7 +26,7 @@ export function fitSection(context: FitContext, { question, answer }: Found): st
     element("p", {}, `Law ${lawName(context.library.tables, question.law)}, data ${question.file}, exported ${today}.`),
     ...verdictLines(answer),
     estimateTable(context, answer),
-    residualTable(answer),
+    residualTable(context, answer),
     ...pictures,
   );
   return `${section.outerHTML}\n`;

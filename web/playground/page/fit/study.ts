@@ -3,12 +3,11 @@
 import type { Context } from "../context";
 import { byId } from "../dom";
 import { unpacked, type Estimable } from "../library";
-import { model, variable } from "../tables";
+import { experiment, model, variable } from "../tables";
 import { problemOf, proposed, type Columns } from "./columns";
 import type { Finding } from "./findings";
 import type { Answer, Progress, Question } from "./fit";
 import { begin, type Reply } from "./job";
-import { TAKEN } from "./signals";
 import type { Table } from "./table";
 
 /** An answer with its question, its table and the columns of the signals. */
@@ -58,6 +57,8 @@ export class Study {
   findings: readonly Finding[] = [];
   /** Gains and offsets of sensors by name, in SI units, with which readings are corrected. */
   readonly sensors = new Map<string, number>();
+  /** What is known of a bench by name, in SI units, that its model does not have, or has no default of. */
+  readonly bench = new Map<string, number>();
   /** The last fit, with what was asked. */
   found: Found | null = null;
   /** View of all this. */
@@ -84,10 +85,10 @@ export class Study {
     return settings.values[this.modelName].get(entry.name) ?? entry.start ?? 0;
   }
 
-  /** Fixed values, and starts of estimated ones, of the model and of its sensors. */
+  /** Fixed values, and starts of estimated ones, of the model, of its bench and of its sensors. */
   get known(): Map<string, number> {
     const own = [...this.context.settings.values[this.modelName]].filter(([name]) => name !== "friction.law");
-    return new Map([...own, ...this.sensors]);
+    return new Map([...own, ...this.bench, ...this.sensors]);
   }
 
   /** Checks the record if columns or settings have changed since it was checked. */
@@ -121,7 +122,7 @@ export class Study {
   /** Parameters that may be estimated from the columns that are chosen. */
   get estimable(): Estimable {
     const { settings, library } = this.context;
-    return library.estimable(settings.experiment, this.law, settings.values[this.modelName], [...this.columns.keys()]);
+    return library.estimable(settings.experiment, this.law, this.known, [...this.columns.keys()]);
   }
 
   /** Frees a parameter, or no longer does. */
@@ -141,10 +142,11 @@ export class Study {
     settings.free = [...new Set([...this.usual(), ...others])];
   }
 
-  choose(experiment: "rig" | "motion"): void {
+  choose(name: string): void {
     const { settings } = this.context;
-    settings.experiment = experiment;
+    settings.experiment = name;
     settings.free = null;
+    this.bench.clear();
     this.found = null;
     this.propose();
     this.context.changed();
@@ -154,7 +156,7 @@ export class Study {
   propose(): void {
     const { settings, library } = this.context;
     this.sensors.clear();
-    this.columns = this.table ? proposed(library, this.table, TAKEN[settings.experiment]) : new Map();
+    this.columns = this.table ? proposed(library, this.table, experiment(library.tables, settings.experiment).signals) : new Map();
     this.problem = this.table && problemOf(library, this.table, this.columns);
   }
 
@@ -197,14 +199,15 @@ export class Study {
   start(): void {
     if (!this.table) return;
     const { settings, library } = this.context;
-    const { validation, starts, ...options } = this.choices;
+    const { validation, starts } = this.choices;
     const asked = { table: this.table, columns: new Map(this.columns) };
     this.problem = null;
     try {
       const { signals, others } = library.tableSignals(this.table, this.columns);
-      const { experiment } = settings;
       const { law, free, known } = this;
-      const question: Question = { file: this.table.file, experiment, law, signals, known, free, validation, starts, options };
+      const of = experiment(library.tables, settings.experiment);
+      const options = Object.fromEntries(of.options.map((name) => [name, this.choices[name]]));
+      const question: Question = { file: this.table.file, experiment: of.name, law, signals, known, free, validation, starts, options };
       if (others.length) {
         this.problem = `${others.join(", ")}: read at other times than time; commands are held and readings run on straight lines between their samples.`;
       }

@@ -1,6 +1,6 @@
 // Parameters from a measured table: the fit of the Python package, in the browser.
 
-import type { TimeChart } from "../charts";
+import type { Chart } from "../charts";
 import type { Files, Page } from "../context";
 import { element } from "../dom";
 import { columnTable, dropZone, experimentChoice } from "../fit/data-card";
@@ -24,7 +24,7 @@ export class Fit implements Page {
   readonly root = element("div", { class: "page fit" });
   readonly driven = DRIVEN;
   private readonly study: Study;
-  private charts: readonly TimeChart[] = [];
+  private charts: readonly Chart<never>[] = [];
   private readonly bar = element("progress", { max: "1", "aria-label": "Progress" });
   private readonly findings = element("div");
   private readonly start = element("div");
@@ -57,7 +57,7 @@ export class Fit implements Page {
     const focused = document.activeElement?.getAttribute("aria-label");
     const law = lawChoice(context, study.modelName, "Law");
     const { found } = study;
-    this.charts = found ? curves(found.answer) : preview(context);
+    this.charts = found ? curves(context, found) : preview(context);
     this.inform();
     this.root.replaceChildren(
       element("section", { class: "card scene" }, dropZone(context), this.findings, experimentChoice(context), columnTable(context), sensorList(context)),
