@@ -4,6 +4,7 @@ import { readFile } from "node:fs/promises";
 import { after, before, test } from "node:test";
 import { download, launch, open } from "./browser.mjs";
 import { button, CYLINDER, drop, fitted, LINK, RIG } from "./fits.mjs";
+import { valuesOf } from "./python.mjs";
 
 let browser;
 before(async () => (browser = await launch()));
@@ -20,6 +21,7 @@ async function changed(page, change, header = "t,u,x [mm],pA [bar],pB [bar]") {
   const text = [header, ...rows.map((row) => change(row.split(",").map(Number)).join(","))].join("\n");
   await drop(page, "rig.csv", text);
   await page.waitForSelector("table.columns");
+  return text;
 }
 
 test("pressures that count from the atmosphere prevent a fit until their unit says so", async () => {
@@ -76,6 +78,32 @@ test("swapped chambers are doubted, and a voltage in percent is corrected, in th
   await close();
 });
 
+test("rows that a recorder has repeated are left out, in the program for Python too", async () => {
+  const { page, close } = await open(browser, LINK);
+  let [row, last] = [0, []];
+  const text = await changed(page, (own) => {
+    row += 1;
+    last = row % 10 === 0 ? [own[0], ...last.slice(1)] : own;
+    return last;
+  });
+  await page.locator('[data-finding="time"]').waitFor();
+  // Some rows of the rig repeat the one before by chance.
+  await page.getByRole("button", { name: /^Leave these 3\d\d rows out$/ }).click();
+  await gone(page, "time");
+  await page.getByText(/3\d\d rows left out/).waitFor();
+  const found = await fitted(page);
+  const program = await download(page, "Python");
+  const shown = "import json; print(json.dumps([[e.value, e.low, e.high] for e in found.parameters.values()]))";
+  const expected = await valuesOf({ name: "rig.csv", text }, `${program.text}\n${shown}\n`);
+  for (const [place, { value, low, high }] of [...found.values()].entries()) {
+    const [own, least, most] = expected[place];
+    assert.ok(Math.abs(value - own) < 1e-3 * (most - least) && low < own && own < high, `${value} is not ${own} [${least}, ${most}]`);
+  }
+  await page.getByRole("button", { name: "Take them as they are" }).click();
+  await page.locator('[data-finding="time"]').waitFor();
+  await close();
+});
+
 test("a sample that is far off is named by its line", async () => {
   const { page, close } = await open(browser, LINK);
   let row = 1;
@@ -83,5 +111,8 @@ test("a sample that is far off is named by its line", async () => {
   await page.locator('[data-finding="position"]').waitFor();
   assert.match(await findings(page).textContent(), /rig\.csv:700, column 3 \(x\) = 99\.999 m\. Correct or remove the sample in the table\./);
   assert.equal(await button(page).isDisabled(), true);
+  await remedy(page, "Leave this row out").click();
+  await gone(page, "position");
+  assert.equal(await button(page).isDisabled(), false);
   await close();
 });

@@ -1,6 +1,6 @@
 //! Faults of converters and recorders: clipped readings, samples that are lost or repeated.
 
-use super::{Facts, Finding, Source};
+use super::{Facts, Finding, Remedy, Source};
 use crate::arrays::{differences, extremes, mean, median};
 use crate::numerals::significant;
 use crate::smoothing::noise;
@@ -55,12 +55,13 @@ pub fn recorder(facts: &Facts<'_>, source: &Source<'_>) -> (Vec<Finding>, Vec<St
             let (unit, place) = (facts.si(signal), (source.place)(signal, first));
             let text = format!(
                 "{}: {signal} stays at {} {unit}, the end of what it reads, for {count} samples, as from {} s ({place}): \
-                 is its range too small, so that it is clipped there? Leave these stretches out",
+                 is its range too small, so that it is clipped there?",
                 source.name,
                 significant(end, 6),
                 significant(time[first], 6),
             );
-            found.push(Finding::doubted(signal, text, vec![]));
+            let rows = (0..values.len()).filter(|row| values[*row] == end).collect();
+            found.push(Finding::doubted(signal, text, vec![Remedy::Remove { signal: signal.clone(), rows }]));
         }
     }
     found.extend(leap(facts, source, time));
@@ -171,10 +172,11 @@ fn repeats(source: &Source<'_>) -> Option<Finding> {
         let place = (source.place)("time", short[0].0 + 1);
         let text = format!(
             "{}: {count} rows repeat the one before, the first {place}, though signals have noise: has the recorder lost \
-             samples, and held the last ones? Remove these rows",
+             samples, and held the last ones?",
             source.name
         );
-        Finding::doubted("time", text, vec![])
+        let rows = short.iter().flat_map(|(first, length)| first + 1..=first + length).collect();
+        Finding::doubted("time", text, vec![Remedy::Remove { signal: "time".to_owned(), rows }])
     })
 }
 

@@ -99,7 +99,7 @@ def _units(experiment: Experiment) -> dict[str, str]:
 def _tell(finding: _native.Finding) -> None:
     """Refuse or warn, with the remedies in words of the call."""
     text, remedies, is_refused = finding
-    ways = list(_ways(remedies))
+    ways = list(_ways(remedies, is_refused))
     if ways:
         text += f"{' then' if text.endswith('?') else ';'} {', or '.join(ways)}"
     if any(unit.endswith("g") for _, _, unit, _, _ in remedies):
@@ -109,7 +109,7 @@ def _tell(finding: _native.Finding) -> None:
     warn(text)
 
 
-def _ways(remedies: Sequence[_native.Remedy]) -> Iterable[str]:
+def _ways(remedies: Sequence[_native.Remedy], is_refused: bool) -> Iterable[str]:
     units = [(signals[0], unit) for kind, signals, unit, _, _ in remedies if kind == "unit"]
     if units:
         yield f"write {units[0][0]}=...{' or '.join(f'[{unit}]' for _, unit in units)}"
@@ -122,7 +122,8 @@ def _ways(remedies: Sequence[_native.Remedy]) -> Iterable[str]:
             whole = {name: int(value) if value.is_integer() else value for name, value in values}
             yield f"give {quoted('settings', whole)}"
         elif kind == "remove":
-            yield f"correct or remove the sample, or use a robust loss, {quoted('loss', 'soft_l1')}"
+            robust = f"correct or remove the sample, or use a robust loss, {quoted('loss', 'soft_l1')}"
+            yield robust if is_refused else "leave these rows out"
 
 
 def assumed(experiment: Experiment, free: Sequence[str]) -> list[str]:

@@ -40,10 +40,12 @@ pub fn findings(question: &str, samples: &[f64]) -> Result<Value, String> {
         _ => format!("{file}, sample {row} of {signal}"),
     };
     let found = check(&facts, &Source { name: &file, signals: &signals, place: &place });
-    Ok(found.iter().map(written_finding).collect())
+    Ok(found.iter().map(|finding| written_finding(finding, is_by_row)).collect())
 }
 
-fn written_finding(finding: &Finding) -> Value {
+/// A finding; rows can be left out where each sample stands in a row of its own.
+fn written_finding(finding: &Finding, is_by_row: bool) -> Value {
+    let can_follow = |remedy: &&Remedy| is_by_row || !matches!(remedy, Remedy::Remove { .. });
     let remedy = |remedy: &Remedy| match remedy {
         Remedy::Unit { signal, unit } => json!({ "kind": "unit", "signal": signal, "unit": unit }),
         Remedy::Turn { signal } => json!({ "kind": "turn", "signal": signal }),
@@ -54,7 +56,7 @@ fn written_finding(finding: &Finding) -> Value {
     json!({
         "signal": finding.signal,
         "text": finding.text,
-        "remedies": finding.remedies.iter().map(remedy).collect::<Vec<_>>(),
+        "remedies": finding.remedies.iter().filter(can_follow).map(remedy).collect::<Vec<_>>(),
         "refused": finding.is_refused,
     })
 }

@@ -46,8 +46,15 @@ function curves({ question, answer }: Found): string {
   return `${lines.join("\n")}\n`;
 }
 
+/** Rising numbers as ranges of Python, each without its end. */
+function ranges(numbers: readonly number[]): string {
+  const firsts = numbers.filter((number, place) => number !== numbers[place - 1] + 1);
+  const lasts = numbers.filter((number, place) => number !== numbers[place + 1] - 1);
+  return firsts.map((first, place) => `${first}:${lasts[place] + 1}`).join(", ");
+}
+
 /** A program for the Python package that makes the same fit. */
-function program({ library, study }: FitContext, { question, columns, table }: Found, name: string): string {
+function program({ library, study }: FitContext, { question, columns, table, leftOut }: Found, name: string): string {
   const { known, free, options } = question;
   const fixed = [...known].filter(([key]) => !free.includes(key));
   const names = new Set(model(library.tables, study.modelName).variables.map((variable) => variable.name));
@@ -61,12 +68,20 @@ function program({ library, study }: FitContext, { question, columns, table }: F
     `starts=${question.starts}`,
     ...Object.entries(options).flatMap(([name, value]) => (value === null ? [] : [`${name}=${value}`])),
   ];
-  return `import pneumatic_servo as ps
+  const file = JSON.stringify(question.file);
+  const [imports, reading, data] = leftOut.length
+    ? [
+        "import numpy as np\nimport pneumatic_servo as ps\nfrom pneumatic_servo.tables import read_table",
+        `table = read_table(${file})\nkept = ~np.isin(table.lines, np.r_[${ranges(leftOut)}])\ndata = dict(zip(table.names, table.values[kept].T))\n`,
+        "data",
+      ]
+    : ["import pneumatic_servo as ps", "", file];
+  return `${imports}
 
-columns = {
+${reading}columns = {
 ${[...columns].map(column).join("")}}
 found = ps.fit(
-    ${JSON.stringify(question.file)},
+    ${data},
     experiment=${JSON.stringify(question.experiment)},
     law=${JSON.stringify(lawName(library.tables, question.law))},
     fit=[${free.map(start).join(", ")}],

@@ -5,6 +5,7 @@ import { model, short } from "../tables";
 import { unitsOf } from "../units";
 import type { Signal } from "./signals";
 import type { FitContext } from "./study";
+import { without } from "./table";
 
 export type Remedy =
   | { kind: "unit"; signal: Signal; unit: string }
@@ -29,7 +30,8 @@ export function findingList(context: FitContext): HTMLElement | null {
   const { study } = context;
   if (!study.findings.length) return null;
   const one = (finding: Finding) => {
-    const about = finding.remedies.some(({ kind }) => kind === "remove") ? "Correct or remove the sample in the table." : "";
+    const isFarOff = finding.refused && finding.remedies.some(({ kind }) => kind === "remove");
+    const about = isFarOff ? "Correct or remove the sample in the table." : "";
     const buttons = finding.remedies.map((remedy) => button(context, remedy));
     const text = element("p", finding.refused ? { class: "problem" } : {}, about ? `${finding.text}. ${about}` : finding.text);
     return element("li", { "data-finding": finding.signal }, text, element("div", { class: "buttons" }, ...buttons));
@@ -38,26 +40,27 @@ export function findingList(context: FitContext): HTMLElement | null {
   return element("div", { role: "alert", "aria-label": "Findings about the record" }, list);
 }
 
-/** Gains and offsets of sensors that remedies have set, which no other part of the page shows. */
+/** Gains and offsets of sensors that remedies have set, and rows that they have left out, which no other part of the page shows. */
 export function sensorList({ study, library }: FitContext): HTMLElement | null {
-  if (!study.sensors.size) return null;
+  const leftOut = study.leftOut.length;
+  if (!study.sensors.size && !leftOut) return null;
   const told = [...study.sensors].map(([name, value]) => {
     const [kind, ...signal] = name.split(".");
     return `${name} = ${short(value, 6)}${kind === "offset" ? ` ${library.tables.signals[signal.join(".")]}` : ""}`;
   });
+  if (leftOut) told.push(`${leftOut} ${leftOut === 1 ? "row" : "rows"} left out`);
   const forget = () => {
     study.sensors.clear();
+    study.table = study.whole;
     study.shown();
   };
   return element("p", { class: "sensors" }, `Corrected readings: ${told.join(", ")} `, element("button", { type: "button", onclick: forget }, "Take them as they are"));
 }
 
-function button(context: FitContext, remedy: Remedy): HTMLElement | null {
-  const text = named(context, remedy);
-  return text === null ? null : element("button", { type: "button", onclick: () => follow(context, remedy) }, text);
-}
+const button = (context: FitContext, remedy: Remedy): HTMLElement =>
+  element("button", { type: "button", onclick: () => follow(context, remedy) }, named(context, remedy));
 
-function named({ library }: FitContext, remedy: Remedy): string | null {
+function named({ library }: FitContext, remedy: Remedy): string {
   switch (remedy.kind) {
     case "unit": {
       const { signal, unit } = remedy;
@@ -71,7 +74,7 @@ function named({ library }: FitContext, remedy: Remedy): string | null {
     case "set":
       return `Set ${remedy.values.map(([name, value]) => `${name} = ${short(value, 6)}`).join(", ")}`;
     case "remove":
-      return null;
+      return remedy.rows.length === 1 ? "Leave this row out" : `Leave these ${remedy.rows.length} rows out`;
   }
 }
 
@@ -93,6 +96,7 @@ function follow(context: FitContext, remedy: Remedy): void {
       columns.set(other, first);
     }
   }
+  if (remedy.kind === "remove" && study.table) study.table = without(study.table, remedy.rows);
   if (remedy.kind === "set") {
     const { variables } = model(library.tables, study.modelName);
     for (const [name, value] of remedy.values) {

@@ -16,6 +16,8 @@ export interface Found {
   question: Question;
   columns: Columns;
   table: Table;
+  /** Lines of the file whose rows were left out. */
+  leftOut: readonly number[];
 }
 
 /** Choices of the use of the data. */
@@ -47,6 +49,8 @@ export interface FitContext extends Context {
 
 export class Study {
   table: Table | null = null;
+  /** The table with all of its rows. */
+  whole: Table | null = null;
   columns: Columns = new Map();
   readonly choices: Choices = { validation: 0.3, starts: 8, rated: 1, width: 0.04, play: null };
   /** Units in which parameters of the machine are asked for. */
@@ -95,7 +99,7 @@ export class Study {
   check(): void {
     const { table, columns, law, known } = this;
     const { experiment } = this.context.settings;
-    const asked = table ? JSON.stringify([table.file, [...columns], experiment, law, [...known]]) : "";
+    const asked = table ? JSON.stringify([table.file, table.lines.length, [...columns], experiment, law, [...known]]) : "";
     if (asked === this.checked) return;
     this.endCheck();
     this.checked = asked;
@@ -108,6 +112,12 @@ export class Study {
       if (reply.kind === "findings") this.findings = reply.findings;
       this.informed();
     });
+  }
+
+  /** Lines of the file whose rows are left out. */
+  get leftOut(): number[] {
+    const kept = new Set(this.table?.lines);
+    return [...(this.whole?.lines ?? [])].filter((line) => !kept.has(line));
   }
 
   /** Estimated parameters: the chosen ones, or the usual ones under the law. */
@@ -200,7 +210,7 @@ export class Study {
     if (!this.table) return;
     const { settings, library } = this.context;
     const { validation, starts } = this.choices;
-    const asked = { table: this.table, columns: new Map(this.columns) };
+    const asked = { table: this.table, columns: new Map(this.columns), leftOut: this.leftOut };
     this.problem = null;
     try {
       const { signals, others } = library.tableSignals(this.table, this.columns);
@@ -232,7 +242,7 @@ export class Study {
     this.shown();
   }
 
-  private take(reply: Reply, asked: { table: Table; columns: Columns; question: Question } | null): void {
+  private take(reply: Reply, asked: Omit<Found, "answer"> | null): void {
     if (reply.kind === "progress") {
       this.work = { kind: "fitting", progress: reply.progress };
       this.progressed();
@@ -241,7 +251,7 @@ export class Study {
     this.work = { kind: "none" };
     if (reply.kind === "problem") this.problem = reply.text;
     if (reply.kind === "table") {
-      this.table = reply.table;
+      this.table = this.whole = reply.table;
       this.propose();
     }
     if (reply.kind === "answer" && asked) this.found = { answer: reply.answer, ...asked };

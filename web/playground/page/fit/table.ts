@@ -21,5 +21,12 @@ export interface Table {
   gaps: Set<number>;
 }
 
+/** A table without some of its rows. */
+export function without(table: Table, rows: readonly number[]): Table {
+  const out = new Set(rows);
+  const isKept = (_: number, row: number): boolean => !out.has(row);
+  return { ...table, columns: table.columns.map((column) => column.filter(isKept)), lines: table.lines.filter(isKept) };
+}
+
 /** Error in a table, with file, line and column. */
 export class TableError extends Error {}
