@@ -3,6 +3,7 @@
 import uPlot from "uplot";
 import { element } from "./dom";
 import type { Episodes } from "./episodes";
+import { dotRadius } from "./svg";
 import { short } from "./tables";
 
 export interface Line {
@@ -133,9 +134,6 @@ function trace(plot: uPlot, across: ArrayLike<number>, up: ArrayLike<number>): v
   }
   ctx.stroke();
 }
-
-/** Radius in px of the dots of a line that has one at each point. */
-export const dotRadius = (width = 2.5): number => width + 1.5;
 
 /** Draws within the axes of a chart. */
 function within(plot: uPlot, draw: (ctx: CanvasRenderingContext2D) => void): void {

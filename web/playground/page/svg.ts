@@ -1,6 +1,6 @@
 // Charts as a drawing that scales: for reports and slides.
 
-import { dotRadius, type Chart } from "./charts";
+import type { Chart } from "./charts";
 import { short } from "./tables";
 
 const [WIDTH, HEIGHT] = [640, 260];
@@ -9,6 +9,9 @@ const [LEFT, RIGHT, TOP, BOTTOM] = [64, 12, 26, 42];
 const CLOSE = 0.4;
 /** Approximate divisions of an axis. */
 const DIVISIONS = 6;
+
+/** Radius in px of the dots of a line that has one at each point. */
+export const dotRadius = (width = 2.5): number => width + 1.5;
 
 /** Charts one below the other, in the colours of a light page. */
 export function drawing(charts: readonly Chart<never>[], colour: (property: string) => string, near = CLOSE): string {
