@@ -168,7 +168,8 @@ for (const { title, file, text, link, play, calibration, true: meant } of FITS) 
       await page.waitForSelector("[data-finding]", { state: "detached" });
     }
     const found = await fitted(page);
-    if (process.env.PICTURES) await page.screenshot({ path: `${process.env.PICTURES}/${title.replaceAll(" ", "-")}.png`, fullPage: true });
+    const notes = await page.locator(".notes li").allTextContents();
+    assert.ok(notes.every((note) => !note.toLowerCase().startsWith(file) || note.startsWith(file)), notes.join("\n"));
     for (const [name, value] of Object.entries(meant ?? {})) {
       const { low, high } = found.get(name);
       assert.ok(low < value && value < high, `${name} = ${value} is not within [${low}, ${high}]`);

@@ -4,7 +4,7 @@ import { css } from "../charts";
 import { element } from "../dom";
 import { drawing } from "../svg";
 import { lawName, model, short } from "../tables";
-import { curves, estimateTable, residualTable, verdictLines } from "./result-card";
+import { curves, estimateTable, noted, residualTable, verdictLines } from "./result-card";
 import type { FitContext, Found } from "./study";
 
 /** Prints a page with the verdict, the values, what was known, and the curves. */
@@ -41,7 +41,7 @@ function report(context: FitContext, found: Found): HTMLElement {
     estimateTable(context, answer),
     residualTable(context, answer),
     element("p", {}, `Known: ${given.join(", ") || "nothing"}.`),
-    ...answer.notes.map((note) => element("p", {}, `${note[0].toUpperCase()}${note.slice(1)}.`)),
+    ...noted(found).map((note) => element("p", {}, note)),
     figure,
   );
 }

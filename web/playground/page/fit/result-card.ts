@@ -26,7 +26,7 @@ export function resultTables(context: FitContext, { question, answer }: Found, p
   const others = answer.findings.slice(1).filter((text) => text !== answer.cause);
   const notes = [
     ...others.map(ended),
-    ...answer.notes.map((note) => `${note[0].toUpperCase()}${note.slice(1)}.`),
+    ...noted({ question, answer }),
     ...(answer.validationFrom === null ? [] : [predicted(answer.validationFrom, question.signals.has("time"))]),
   ];
   return element(
@@ -45,6 +45,10 @@ export function resultTables(context: FitContext, { question, answer }: Found, p
     ),
   );
 }
+
+/** Notes as sentences; the name of a file stays as it is. */
+export const noted = ({ question: { file }, answer: { notes } }: Pick<Found, "question" | "answer">): string[] =>
+  notes.map((note) => (note.startsWith(file) ? `${note}.` : `${note[0].toUpperCase()}${note.slice(1)}.`));
 
 /** What is a prediction of validation data. */
 const predicted = (from: number, hasTime: boolean): string =>
