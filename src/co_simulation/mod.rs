@@ -13,7 +13,7 @@ pub use self::embedded::Embedded;
 pub use self::simulator::{AnyRun, Simulator, snapshot_size};
 pub(crate) use self::simulator::{run_sized, start_sized};
 use crate::model_exchange::Exchange;
-use crate::sensitivity::{Along, Column};
+use crate::sensitivity::{Along, Column, Varied};
 pub use crate::session::{Direction, Snapshot, SnapshotError};
 use crate::solver::StepError;
 use crate::system::{Indicator, LabelledNumber};
@@ -129,9 +129,15 @@ pub trait Simulation: Send {
     /// Leaves a trail from here on, for the columns of the next step.
     fn begin_trail(&mut self) {}
 
-    /// Ends the trail, and gives the columns by states, inputs and numbers of the memory at its start, with some of the outputs,
-    /// given by their places; nothing where the step has not been smooth.
-    fn end_trail(&mut self, _along: &[Along], _outputs: &[usize]) -> Option<Vec<Column>> {
+    /// Ends the trail, and gives the columns by states, inputs and numbers of the memory at its start, and behind them by parameters of
+    /// runs beside this one in as many directions each, with some of the outputs, given by their places; nothing where the step has
+    /// not been smooth, or for a run that has other states.
+    fn end_trail(
+        &mut self,
+        _along: &[Along],
+        _beside: &[(&dyn Varied, usize)],
+        _outputs: &[usize],
+    ) -> Option<Vec<Option<Column>>> {
         None
     }
 

@@ -286,8 +286,13 @@ impl<E: System<U>, const N: usize, const U: usize> Simulation for Simulator<E, N
     }
 
     #[cfg(feature = "sensitivities")]
-    fn end_trail(&mut self, along: &[Along], outputs: &[usize]) -> Option<Vec<Column>> {
-        self.columns_of_trail(along, outputs)
+    fn end_trail(
+        &mut self,
+        along: &[Along],
+        beside: &[(&dyn Varied, usize)],
+        outputs: &[usize],
+    ) -> Option<Vec<Option<Column>>> {
+        self.columns_of_trail(along, beside, outputs)
     }
 
     #[cfg(feature = "sensitivities")]

@@ -1,10 +1,13 @@
 //! The columns of a transition from the trail of a plain run, where a communication step lies in smooth regions: by one pass over
 //! it, however many columns there are.
 
-use super::{Simulation, Simulator};
+use std::any::Any;
+
+use super::Simulator;
+use super::varied::VariedRun;
 use crate::numbers::{DIRECTIONS, Real, STILL, Scalar, Slopes, Tangent};
-use crate::sensitivity::{Along, Column, own_slope};
-use crate::solver::Trail;
+use crate::sensitivity::{Along, Column, Varied, own_slope};
+use crate::solver::{Trail, Variation};
 use crate::system::{System, are_alike, slopes_of, varied};
 
 /// What moves a number of the memory, by its place among what varies, and by how much.
@@ -20,50 +23,113 @@ fn own_slopes(place: usize) -> Slopes {
 }
 
 impl<E: System<U>, const N: usize, const U: usize> Simulator<E, N, U> {
-    /// The columns by states, inputs and numbers of the memory at the start of the step that ends here: of the states and numbers
-    /// themselves and of outputs, given by their places. Nothing where a mode, a kink, a sample or a limit is on the way, or where the
-    /// equations have no derivative.
-    pub(super) fn columns_of_trail(&mut self, along: &[Along], outputs: &[usize]) -> Option<Vec<Column>> {
+    /// The columns by states, inputs and numbers of the memory at the start of the step that ends here, and, behind them, by parameters
+    /// of runs beside it in as many directions each: of the states and numbers themselves and of outputs, given by their places. Nothing
+    /// where a mode, a kink, a sample or a limit is on the way, or where the equations have no derivative, and no columns by parameters
+    /// whose run has other states.
+    pub(super) fn columns_of_trail(
+        &mut self,
+        along: &[Along],
+        beside: &[(&dyn Varied, usize)],
+        outputs: &[usize],
+    ) -> Option<Vec<Option<Column>>> {
         let trail = self.run.end_trail()?;
         let of_memory = |it: &Along| if let Along::Memory(place) = it { Some(*place) } else { None };
         let numbers: Vec<usize> = along.iter().filter_map(of_memory).collect();
-        let sources = self.sources(&trail, along, &numbers)?;
-        let pairs = |pair: &[usize]| {
-            let slopes = |place| std::array::from_fn(|it| f64::from(pair.get(it) == Some(&place)));
-            Box::new(varied(self.run.state().1, slopes))
-        };
-        let varied: Vec<Box<E::Memory<Tangent>>> = numbers.chunks(DIRECTIONS).map(pairs).collect();
-        let map = self.run.map_along(&trail, &varied, numbers.len())?;
-        let rows = self.rows(&varied, numbers.len(), outputs)?;
-        let mut places = Vec::with_capacity(N);
-        for it in along {
-            if let Along::State(number) = it {
-                places.push(self.state_index(*number)?);
+        let places = self.places_of(along)?;
+        let sources = self.sources(&trail, along, &places, &numbers)?;
+        let mut variations = self.by_numbers(&numbers);
+        let of_numbers = variations.len();
+        let by_parameters = self.by_parameters(&trail, beside);
+        let is_there: Vec<bool> = by_parameters.iter().map(Option::is_some).collect();
+        variations.extend(by_parameters.into_iter().flatten());
+        let map = self.run.map_along(&trail, &variations)?;
+        let rows = self.rows(&variations, outputs)?;
+        let column = |z: &[f64; N], weights: &[f64], memory: Vec<f64>| {
+            let mut end = map.times(z);
+            for (column, weight) in map.others.iter().zip(weights).filter(|(_, weight)| **weight != 0.0) {
+                end.iter_mut().zip(column).for_each(|(slot, entry)| *slot += entry * weight);
             }
-        }
-        let column = |(index, it): (usize, &Along)| {
-            let mut weights = vec![0.0; U + numbers.len()];
-            let mut z = [0.0; N];
-            match it {
-                Along::State(number) => z[self.state_index(*number)?] = 1.0,
-                Along::Input(input) if *input < U => weights[*input] = 1.0,
+            let product = |row: &Vec<f64>| row.iter().zip(end.iter().chain(weights)).map(|(a, b)| a * b).sum();
+            let states = places.iter().flatten().map(|place| end[*place]).collect();
+            Column { states, memory, outputs: Ok(rows.iter().map(product).collect()) }
+        };
+        let still = [0.0; N];
+        let mut weights = vec![0.0; map.others.len()];
+        let mut columns = Vec::with_capacity(along.len() + map.others.len());
+        for (index, it) in along.iter().enumerate() {
+            weights.fill(0.0);
+            let mut z = still;
+            match (it, places[index]) {
+                (_, Some(place)) => z[place] = 1.0,
+                (Along::Input(input), _) if *input < U => weights[*input] = 1.0,
                 _ => (),
             }
             let moved = |source: &Option<Source>| source.filter(|it| it.index == index).map_or(0.0, |it| it.factor);
-            let handed_on = sources.iter().map(moved);
-            weights[U..].iter_mut().zip(handed_on).for_each(|(slot, weight)| *slot = weight);
-            let mut end = map.times(&z);
-            for (column, weight) in map.others.iter().zip(&weights).filter(|(_, weight)| **weight != 0.0) {
-                end.iter_mut().zip(column).for_each(|(slot, entry)| *slot += entry * weight);
+            let memory: Vec<f64> = sources.iter().map(moved).collect();
+            weights[U..].iter_mut().zip(&memory).for_each(|(slot, weight)| *slot = *weight);
+            columns.push(Some(column(&z, &weights, memory)));
+        }
+        let (mut place, mut by_parameters) = (U + numbers.len(), variations[of_numbers..].iter());
+        for ((_, directions), is_there) in beside.iter().zip(is_there) {
+            let Some(variation) = is_there.then(|| by_parameters.next()).flatten() else {
+                columns.extend(std::iter::repeat_n(None, *directions));
+                continue;
+            };
+            let slopes = slopes_of(&*variation.memory);
+            for direction in 0..*directions {
+                weights.fill(0.0);
+                weights[place] = 1.0;
+                let memory = numbers.iter().map(|number| slopes[*number][direction]).collect();
+                columns.push(Some(column(&still, &weights, memory)));
+                place += 1;
             }
-            let product = |row: &Vec<f64>| row.iter().zip(end.iter().chain(&weights)).map(|(a, b)| a * b).sum();
-            Some(Column {
-                states: places.iter().map(|place| end[*place]).collect(),
-                memory: weights[U..].to_vec(),
-                outputs: Ok(rows.iter().map(product).collect()),
-            })
+        }
+        Some(columns)
+    }
+
+    /// Of each thing that varies, if it is a state, its place among those that are integrated.
+    fn places_of(&self, along: &[Along]) -> Option<Vec<Option<usize>>> {
+        let references: Vec<_> = self.session.table.states().collect();
+        let place = |it: &Along| match it {
+            Along::State(number) => self.run.system().state_at(*references.get(*number)?, N).map(Some),
+            _ => Some(None),
         };
-        along.iter().enumerate().map(column).collect()
+        along.iter().map(place).collect()
+    }
+
+    /// The numbers of the memory, as they vary.
+    fn by_numbers(&self, numbers: &[usize]) -> Vec<Variation<'_, E, U>> {
+        let (system, memory) = (self.run.system(), self.run.state().1);
+        let some = |some: &[usize]| {
+            let slopes = |place| std::array::from_fn(|it| f64::from(some.get(it) == Some(&place)));
+            Variation { system, memory: Box::new(varied(memory, slopes)), directions: some.len() }
+        };
+        numbers.chunks(DIRECTIONS).map(some).collect()
+    }
+
+    /// The parameters of runs beside this one, as they vary; nothing of a run that has other states, or where the memory has no
+    /// derivative.
+    fn by_parameters<'a>(
+        &self,
+        trail: &Trail<E::Memory<Real>, N>,
+        beside: &[(&'a dyn Varied, usize)],
+    ) -> Vec<Option<Variation<'a, E, U>>> {
+        if beside.is_empty() {
+            return Vec::new();
+        }
+        let (time, x) = *trail.start();
+        let (x, u) = (x.map(Tangent::still), self.run.inputs_at(time).map(Tangent::still));
+        let still: Box<E::Memory<Tangent>> = Box::new(varied(&trail.memory, |_| STILL));
+        let vary = |(beside, directions): &(&'a dyn Varied, usize)| {
+            let beside: &dyn Any = *beside;
+            let system = beside.downcast_ref::<VariedRun<E, N, U>>()?.system();
+            let mut memory = still.clone();
+            system.follow(Tangent::still(time), &x, &u, &mut memory);
+            let is_smooth = slopes_of(&*memory).iter().flatten().all(|slope| slope.is_finite());
+            is_smooth.then_some(Variation { system, memory, directions: *directions })
+        };
+        beside.iter().map(vary).collect()
     }
 
     /// By which one of the things that vary each number of the memory moves, once the memory has followed the inputs at the start of a
@@ -72,6 +138,7 @@ impl<E: System<U>, const N: usize, const U: usize> Simulator<E, N, U> {
         &self,
         trail: &Trail<E::Memory<Real>, N>,
         along: &[Along],
+        places: &[Option<usize>],
         numbers: &[usize],
     ) -> Option<Vec<Option<Source>>> {
         let (system, (time, x)) = (self.run.system(), *trail.start());
@@ -86,9 +153,9 @@ impl<E: System<U>, const N: usize, const U: usize> Simulator<E, N, U> {
         }
         let seed = |it: Along| along.iter().position(|other| *other == it).map_or(STILL, own_slopes);
         let mut states = x.map(Tangent::still);
-        for it in along {
-            if let Along::State(number) = it {
-                states[self.state_index(*number)?].slopes = seed(*it);
+        for (index, place) in places.iter().enumerate() {
+            if let Some(place) = place {
+                states[*place].slopes = own_slopes(index);
             }
         }
         let inputs = std::array::from_fn(|i| Tangent { value: u[i], slopes: seed(Along::Input(i)) });
@@ -111,15 +178,15 @@ impl<E: System<U>, const N: usize, const U: usize> Simulator<E, N, U> {
         numbers.iter().map(source).collect()
     }
 
-    /// The derivatives of outputs, given by their places, here by states, inputs and numbers of the memory.
-    fn rows(&self, varied: &[Box<E::Memory<Tangent>>], count: usize, outputs: &[usize]) -> Option<Vec<Vec<f64>>> {
+    /// The derivatives of outputs, given by their places, here by states, inputs and what else varies.
+    fn rows(&self, variations: &[Variation<E, U>], outputs: &[usize]) -> Option<Vec<Vec<f64>>> {
         if outputs.is_empty() {
             return Some(Vec::new());
         }
         let (system, time, (x, memory)) = (self.run.system(), self.run.time(), self.run.state());
         let (x, u) = (x.map(Real::value), self.inputs());
         let computed = self.session.table.computed().count();
-        let mut rows = vec![Vec::with_capacity(N + U + count); outputs.len()];
+        let mut rows = vec![Vec::with_capacity(N + U + DIRECTIONS * variations.len()); outputs.len()];
         let mut slopes = vec![0.0; computed];
         for direction in 0..N + U {
             let seed = |place: usize| f64::from(place == direction);
@@ -128,13 +195,12 @@ impl<E: System<U>, const N: usize, const U: usize> Simulator<E, N, U> {
             rows.iter_mut().zip(outputs).for_each(|(row, place)| row.push(slopes[*place]));
         }
         let mut values = vec![Tangent::still(0.0); computed];
-        for memory in varied {
+        for Variation { system, memory, directions } in variations {
             system.outputs(Tangent::still(time), &x.map(Tangent::still), &u.map(Tangent::still), memory, &mut values);
             for (row, place) in rows.iter_mut().zip(outputs) {
-                row.extend(values[*place].slopes);
+                row.extend(&values[*place].slopes[..*directions]);
             }
         }
-        rows.iter_mut().for_each(|row| row.truncate(N + U + count));
         rows.iter().flatten().all(|slope| slope.is_finite()).then_some(rows)
     }
 }

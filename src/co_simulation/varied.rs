@@ -49,6 +49,11 @@ impl<E: System<U>, const N: usize, const U: usize> VariedRun<E, N, U> {
         Self { run, table, places, seeds, start: start.time, lost, room: Stilling::default() }
     }
 
+    /// The equations, whose parameters have slopes.
+    pub(super) fn system(&self) -> &E {
+        self.run.system()
+    }
+
     /// Makes a step, and finds out why slopes are lost in it.
     fn go(&mut self, end: f64) -> Result<(), StepError> {
         let begin = self.run.time();

@@ -259,18 +259,21 @@ impl Plant {
         Columns { snapshot: self.simulation.save(), held, along, asked, names, outputs, seldom }
     }
 
-    /// A run beside this one for a single step, from a saved state; nothing if there is none.
-    fn beside(&mut self, along: &[Along], seeds: &[Seed], of: &Columns) -> Option<&mut dyn Varied> {
+    /// The place of a run beside this one that varies with the parameters among some directions; nothing if there is none.
+    fn spare(&mut self, along: &[Along]) -> Option<usize> {
         let parameter = |along: &Along| if let Along::Parameter(place) = along { Some(*place) } else { None };
         let parameters = std::array::from_fn(|direction| along.get(direction).and_then(parameter));
-        let place = match self.spare.iter().position(|(others, _)| *others == parameters) {
-            Some(place) => place,
-            None => {
-                let varied = self.vary(along).ok()?;
-                self.spare.push((parameters, varied));
-                self.spare.len() - 1
-            }
-        };
+        let place = self.spare.iter().position(|(others, _)| *others == parameters);
+        place.or_else(|| {
+            let varied = self.vary(along).ok()?;
+            self.spare.push((parameters, varied));
+            Some(self.spare.len() - 1)
+        })
+    }
+
+    /// A run beside this one for a single step, from a saved state; nothing if there is none.
+    fn beside(&mut self, along: &[Along], seeds: &[Seed], of: &Columns) -> Option<&mut dyn Varied> {
+        let place = self.spare(along)?;
         let (_, varied) = &mut self.spare[place];
         varied.place(&of.snapshot, seeds).ok()?;
         varied.set_inputs(&of.held.0, &of.held.1);
@@ -279,7 +282,8 @@ impl Plant {
 
     /// The linear map of a step, or of none.
     ///
-    /// If the step is smooth, all columns but those of parameters come from its trail; else from runs with slopes.
+    /// If the step is smooth, the columns come from its trail; else from runs with slopes, as do those of parameters whose value of zero
+    /// leaves out states that they would bring.
     ///
     /// What seldom acts on anything, such as the time at which the carriage stuck last, shares a direction, in which each has a slope
     /// of its own. Where all that comes out is 0 or one of these slopes, each of them has been handed on or forgotten, and
@@ -298,10 +302,13 @@ impl Plant {
         let (inputs, number) = (self.inputs.len(), of.along.len());
         let first_parameter = of.names.len() + inputs;
         let mut columns: Vec<Option<Column>> = vec![None; number];
-        let smooth = until.map(|until| self.followed(&of, until, first_parameter)).transpose()?.flatten();
+        let groups = self.groups(&of.along[first_parameter..], |_| false);
+        let groups: Vec<Vec<usize>> =
+            groups.iter().map(|group| group.iter().map(|place| first_parameter + place).collect()).collect();
+        let smooth = until.map(|until| self.followed(&of, until, first_parameter, &groups)).transpose()?.flatten();
         let is_smooth = smooth.is_some();
-        for (slot, column) in columns.iter_mut().zip(smooth.into_iter().flatten()) {
-            *slot = Some(column);
+        for (place, column) in (0..first_parameter).chain(groups.concat()).zip(smooth.into_iter().flatten()) {
+            columns[place] = column;
         }
         let next = if is_smooth { before } else { self.simulation.memory_numbers() };
         let mut is_seldom = vec![false; number];
@@ -326,8 +333,11 @@ impl Plant {
                 }
             }
         }
-        for group in self.groups(&of.along[first_parameter..], |_| false) {
-            let sets: Vec<Vec<usize>> = group.iter().map(|place| vec![first_parameter + place]).collect();
+        for group in groups {
+            if columns[group[0]].is_some() {
+                continue;
+            }
+            let sets: Vec<Vec<usize>> = group.iter().map(|place| vec![*place]).collect();
             let found = self.follow(&of, &sets, until, &next)?;
             sets.into_iter().zip(found).for_each(|(set, column)| columns[set[0]] = Some(column));
         }
@@ -338,16 +348,24 @@ impl Plant {
         Ok(Transition::of(columns, [of.names, next_names], inputs, outputs.len()))
     }
 
-    /// Goes over a step, with the columns before those of parameters if it is smooth.
+    /// Goes over a step, with the columns before those of parameters and behind them those of groups of parameters if it is smooth.
     fn followed(
         &mut self,
         of: &Columns,
         until: Until,
         first_parameter: usize,
-    ) -> Result<Option<Vec<Column>>, TransitionError> {
+        groups: &[Vec<usize>],
+    ) -> Result<Option<Vec<Option<Column>>>, TransitionError> {
+        let mut places = Vec::with_capacity(groups.len());
+        for group in groups {
+            let along: Vec<Along> = group.iter().map(|place| of.along[*place]).collect();
+            places.push((self.spare(&along).ok_or_else(|| unlike(&of.asked.refused))?, group.len()));
+        }
         self.simulation.begin_trail();
         self.advance(until).map_err(TransitionError::Step)?;
-        Ok(self.simulation.end_trail(&of.along[..first_parameter], of.outputs))
+        let beside: Vec<(&dyn Varied, usize)> =
+            places.into_iter().map(|(place, directions)| (self.spare[place].1.as_ref(), directions)).collect();
+        Ok(self.simulation.end_trail(&of.along[..first_parameter], &beside, of.outputs))
     }
 
     /// Columns in as many directions as a run has, of each of which a set varies; at the end the memory has numbers that are looked up

@@ -8,10 +8,16 @@ use super::array;
 
 /// Nodes of Gauss and Legendre as fractions of a stretch.
 pub const NODES: [f64; 3] = [0.112_701_665_379_258_3, 0.5, 0.887_298_334_620_741_7];
-/// Terms of the series of an exponential, and the largest sum of a column for which they are enough.
-const TERMS: usize = 12;
+/// The largest measure of a matrix for which the polynomial is enough for the exponential.
 const SMALL: f64 = 0.5;
-
+/// Coefficients of the polynomial of degree 12, three by three from the last one behind them downwards.
+const POLYNOMIAL: [[f64; 3]; 4] = [
+    [1.0 / 362_880.0, 1.0 / 3_628_800.0, 1.0 / 39_916_800.0],
+    [1.0 / 720.0, 1.0 / 5_040.0, 1.0 / 40_320.0],
+    [1.0 / 6.0, 1.0 / 24.0, 1.0 / 120.0],
+    [1.0, 1.0, 1.0 / 2.0],
+];
+const LAST: f64 = 1.0 / 479_001_600.0;
 /// Coefficients of such an equation, or the map of its solutions: of the states `z` at the start and of constant weights of the
 /// inhomogeneities. Both column by column.
 #[derive(Clone, Debug, PartialEq)]
@@ -30,28 +36,43 @@ impl<const N: usize> LinearMap<N> {
         Self { states, others: vec![[0.0; N]; others] }
     }
 
-    /// The map over a stretch in s, from the coefficients at its [`NODES`], and the largest share by which the orders 4 and 6 of its
-    /// logarithm differ: of the largest number of the column, or of 1 in a column of the states.
-    pub fn of_stretch([first, middle, last]: &[Self; 3], h: f64) -> (Self, f64) {
-        let root = f64::sqrt(15.0);
-        let constant = Self::sum(&[(h, middle)]);
-        let linear = Self::sum(&[(root * h / 3.0, last), (-root * h / 3.0, first)]);
-        let quadratic = Self::sum(&[(10.0 * h / 3.0, last), (-20.0 * h / 3.0, middle), (10.0 * h / 3.0, first)]);
-        let turn = constant.commutator(&linear);
-        let twist = constant.commutator(&Self::sum(&[(2.0, &quadratic), (1.0, &turn)]));
-        let left = Self::sum(&[(-20.0, &constant), (-1.0, &quadratic), (1.0, &turn)]);
-        let right = Self::sum(&[(1.0, &linear), (-1.0 / 60.0, &twist)]);
-        let six = Self::sum(&[(1.0, &constant), (1.0 / 12.0, &quadratic), (1.0 / 240.0, &left.commutator(&right))]);
-        let four = Self::sum(&[(1.0, &constant), (1.0 / 12.0, &quadratic), (-1.0 / 12.0, &turn)]);
-        let error = six.distance(&four);
-        (six.exponential(), error)
+    /// The maps of orders 4 and 6 over a stretch in s, from the coefficients at its [`NODES`].
+    pub fn of_stretch(nodes: &[Self; 3], h: f64) -> [Self; 2] {
+        let active = Active::of(nodes);
+        // Of a few sizes, of which each is compiled.
+        match active.states.len() {
+            0..=8 => active.of_stretch::<8, N>(nodes, h),
+            9..=12 => active.of_stretch::<12, N>(nodes, h),
+            13..=16 => active.of_stretch::<16, N>(nodes, h),
+            _ => active.of_stretch::<N, N>(nodes, h),
+        }
+    }
+
+    /// The largest numbers of its columns, those of the states first.
+    pub fn sizes(&self) -> impl Iterator<Item = f64> {
+        self.states.iter().chain(&self.others).map(|column| largest(column))
+    }
+
+    /// The largest distance of a column from another map's, relative to sizes of the columns, those of the states first.
+    pub fn distance(&self, other: &Self, sizes: &[f64]) -> f64 {
+        let columns = self.states.iter().chain(&self.others).zip(other.states.iter().chain(&other.others));
+        let apart = |((own, other), size): ((&[f64; N], &[f64; N]), &f64)| {
+            let distance = largest(&array::<f64, N>(|i| own[i] - other[i]));
+            if distance > 0.0 { distance / size } else { 0.0 }
+        };
+        columns.zip(sizes).map(apart).fold(0.0, f64::max)
     }
 
     /// This map after another one.
     pub fn after(&self, before: &Self) -> Self {
         let others = before.others.iter().zip(&self.others);
-        let others = others.map(|(before, own)| array_sum(&self.times(before), own)).collect();
-        Self { states: array_of(|column| self.times(&before.states[column])), others }
+        let sum = |(before, own): (&[f64; N], &[f64; N])| {
+            let carried = self.times(before);
+            array(|i| carried[i] + own[i])
+        };
+        let mut states = [[0.0; N]; N];
+        states.iter_mut().zip(&before.states).for_each(|(slot, column)| *slot = self.times(column));
+        Self { states, others: others.map(sum).collect() }
     }
 
     /// The change of the states that a change of them comes to.
@@ -64,78 +85,157 @@ impl<const N: usize> LinearMap<N> {
         }
         result
     }
+}
 
-    fn sum(terms: &[(f64, &Self)]) -> Self {
-        let mut sum = Self { states: [[0.0; N]; N], others: vec![[0.0; N]; terms[0].1.others.len()] };
-        for (factor, term) in terms {
-            let columns = sum.states.iter_mut().chain(&mut sum.others).zip(term.states.iter().chain(&term.others));
-            for (slots, entries) in columns {
-                slots.iter_mut().zip(entries).for_each(|(slot, entry)| *slot += factor * entry);
+/// What is not zero in the coefficients of a stretch: the others are states that rest and move nothing, and inhomogeneities that act on
+/// nothing.
+struct Active {
+    states: Vec<usize>,
+    others: Vec<usize>,
+}
+
+impl Active {
+    fn of<const N: usize>(nodes: &[LinearMap<N>; 3]) -> Self {
+        let mut is_state = [false; N];
+        let mut is_other = vec![false; nodes[0].others.len()];
+        let is_there = |entry: &f64| *entry != 0.0;
+        for node in nodes {
+            for (place, column) in node.states.iter().enumerate() {
+                for row in (0..N).filter(|row| is_there(&column[*row])) {
+                    (is_state[place], is_state[row]) = (true, true);
+                }
+            }
+            for (is_other, column) in is_other.iter_mut().zip(&node.others) {
+                for row in (0..N).filter(|row| is_there(&column[*row])) {
+                    (*is_other, is_state[row]) = (true, true);
+                }
             }
         }
+        let places = |is_there: &[bool]| (0..is_there.len()).filter(|place| is_there[*place]).collect();
+        Self { states: places(&is_state), others: places(&is_other) }
+    }
+
+    /// [`LinearMap::of_stretch`] in at most as many active states.
+    fn of_stretch<const R: usize, const N: usize>(&self, nodes: &[LinearMap<N>; 3], h: f64) -> [LinearMap<N>; 2] {
+        let [first, middle, last] = nodes.each_ref().map(|node| self.part::<R, N>(node));
+        let logarithms = Matrix::logarithms([&first, &middle, &last], h);
+        logarithms.map(|logarithm| self.whole(&logarithm.exponential(), nodes[0].others.len()))
+    }
+
+    fn part<const R: usize, const N: usize>(&self, whole: &LinearMap<N>) -> Matrix<R> {
+        let columns = self.states.iter().map(|place| &whole.states[*place]);
+        let columns = columns.chain(self.others.iter().map(|place| &whole.others[*place]));
+        let part = |column: &[f64; N]| array(|row| self.states.get(row).map_or(0.0, |place| column[*place]));
+        Matrix { states: self.states.len(), columns: columns.map(part).collect() }
+    }
+
+    fn whole<const R: usize, const N: usize>(&self, part: &Matrix<R>, others: usize) -> LinearMap<N> {
+        let mut whole = LinearMap::identity(others);
+        let fill = |slots: &mut [f64; N], column: &[f64; R]| {
+            self.states.iter().zip(column).for_each(|(row, entry)| slots[*row] = *entry);
+        };
+        let (of_states, of_others) = part.columns.split_at(self.states.len());
+        self.states.iter().zip(of_states).for_each(|(place, column)| fill(&mut whole.states[*place], column));
+        self.others.iter().zip(of_others).for_each(|(place, column)| fill(&mut whole.others[*place], column));
+        whole
+    }
+}
+
+/// A matrix of at most `R` states, and behind its columns those of inhomogeneities, which are states that rest.
+#[derive(Clone)]
+struct Matrix<const R: usize> {
+    states: usize,
+    columns: Vec<[f64; R]>,
+}
+
+impl<const R: usize> Matrix<R> {
+    /// The logarithm of the map over a stretch in s, from the coefficients at its nodes, of orders 4 and 6.
+    fn logarithms([first, middle, last]: [&Self; 3], h: f64) -> [Self; 2] {
+        let root = f64::sqrt(15.0);
+        let constant = Self::sum(&[(h, middle)]);
+        let linear = Self::sum(&[(root * h / 3.0, last), (-root * h / 3.0, first)]);
+        let quadratic = Self::sum(&[(10.0 * h / 3.0, last), (-20.0 * h / 3.0, middle), (10.0 * h / 3.0, first)]);
+        let turn = constant.commutator(&linear);
+        let twist = constant.commutator(&Self::sum(&[(2.0, &quadratic), (1.0, &turn)]));
+        let left = Self::sum(&[(-20.0, &constant), (-1.0, &quadratic), (1.0, &turn)]);
+        let right = Self::sum(&[(1.0, &linear), (-1.0 / 60.0, &twist)]);
+        let six = Self::sum(&[(1.0, &constant), (1.0 / 12.0, &quadratic), (1.0 / 240.0, &left.commutator(&right))]);
+        let four = Self::sum(&[(1.0, &constant), (1.0 / 12.0, &quadratic), (-1.0 / 12.0, &turn)]);
+        [four, six]
+    }
+
+    fn sum(terms: &[(f64, &Self)]) -> Self {
+        let mut sum = Self { states: terms[0].1.states, columns: vec![[0.0; R]; terms[0].1.columns.len()] };
+        terms.iter().for_each(|(factor, term)| sum.add(*factor, term));
         sum
     }
 
-    /// `[X, Y] = X*Y - Y*X`, where the inhomogeneities are states that rest.
-    fn commutator(&self, other: &Self) -> Self {
-        let difference = |own: &[f64; N], others: &[f64; N]| {
-            let (forth, back) = (self.times(others), other.times(own));
-            array(|i| forth[i] - back[i])
-        };
-        let others = self.others.iter().zip(&other.others).map(|(own, others)| difference(own, others)).collect();
-        Self { states: array_of(|column| difference(&self.states[column], &other.states[column])), others }
+    fn add(&mut self, factor: f64, term: &Self) {
+        for (slots, column) in self.columns.iter_mut().zip(&term.columns) {
+            (0..R).for_each(|row| slots[row] += factor * column[row]);
+        }
     }
 
-    /// By the series of a small part, and squares.
-    fn exponential(&self) -> Self {
-        let sums = self.states.iter().map(|column| column.iter().map(|entry| entry.abs()).sum::<f64>());
-        let largest = sums.fold(0.0, f64::max);
-        let squares = if largest > SMALL { (largest / SMALL).log2().ceil() as i32 } else { 0 };
-        let part = Self::sum(&[(0.5f64.powi(squares), self)]);
-        let series = |first: [f64; N], begin: [f64; N]| {
-            let (mut term, mut sum) = (first, array_sum(&begin, &first));
-            for number in 2..=TERMS {
-                if term == [0.0; N] {
-                    break;
-                }
-                term = part.times(&term).map(|entry| entry / number as f64);
-                sum = array_sum(&sum, &term);
+    /// The product with another one, in whose rows of the inhomogeneities are those of the unit matrix times a weight.
+    fn times(&self, other: &Self, weight: f64) -> Self {
+        let product = |(factors, own): (&[f64; R], Option<&[f64; R]>)| {
+            let mut sum = own.map_or([0.0; R], |own| own.map(|entry| weight * entry));
+            for (column, factor) in self.columns[..self.states].iter().zip(factors) {
+                (0..R).for_each(|row| sum[row] += column[row] * factor);
             }
             sum
         };
-        let states = array_of(|column| {
-            let mut begin = [0.0; N];
-            begin[column] = 1.0;
-            series(part.states[column], begin)
-        });
-        let others = part.others.iter().map(|column| series(*column, [0.0; N])).collect();
-        let mut map = Self { states, others };
-        (0..squares).for_each(|_| map = map.after(&map));
-        map
+        let (of_states, of_others) = other.columns.split_at(self.states);
+        let of_others = of_others.iter().zip(self.columns[self.states..].iter().map(Some));
+        let columns = of_states.iter().map(|column| (column, None)).chain(of_others).map(product).collect();
+        Self { states: self.states, columns }
     }
 
-    /// The largest distance of a column from another map's, relative to what is largest in it, in a column of the states at least 1.
-    fn distance(&self, other: &Self) -> f64 {
-        let largest = |column: &[f64; N]| column.iter().fold(0.0, |largest: f64, entry| largest.max(entry.abs()));
-        let apart = |own: &[f64; N], others: &[f64; N], least: f64| {
-            let (distance, size) = (largest(&array(|i| own[i] - others[i])), largest(own).max(least));
-            if size > 0.0 { distance / size } else { distance }
-        };
-        let states = self.states.iter().zip(&other.states).map(|(own, others)| apart(own, others, 1.0));
-        let others = self.others.iter().zip(&other.others).map(|(own, others)| apart(own, others, 0.0));
+    /// `[X, Y] = X*Y - Y*X`.
+    fn commutator(&self, other: &Self) -> Self {
+        let mut difference = self.times(other, 0.0);
+        difference.add(-1.0, &other.times(self, 0.0));
+        difference
+    }
+
+    /// By a polynomial of a small part, whose rows of the inhomogeneities are those of the unit matrix, and squares. What counts is how
+    /// the powers of the matrix grow, which may be less than the sum of a column says (Al-Mohy, Higham (2009), SIAM Journal on Matrix
+    /// Analysis and Applications 31:970-989).
+    fn exponential(&self) -> Self {
+        let square = self.times(self, 0.0);
+        let cube = self.times(&square, 0.0);
+        let growth = square.norm().sqrt().max(libm::cbrt(cube.norm()));
+        if !growth.is_finite() {
+            return Self::sum(&[(f64::NAN, self)]);
+        }
+        let squares = if growth > SMALL { libm::log2(growth / SMALL).ceil() as i32 } else { 0 };
+        let factor = libm::ldexp(1.0, -squares);
+        let cube = Self::sum(&[(factor * factor * factor, &cube)]);
+        let mut whole = Self::sum(&[(LAST, &cube)]);
+        for (place, [constant, linear, quadratic]) in POLYNOMIAL.into_iter().enumerate() {
+            if let Some([before, ..]) = place.checked_sub(1).map(|before| POLYNOMIAL[before]) {
+                whole = cube.times(&whole, before);
+            }
+            whole.add(linear * factor, self);
+            whole.add(quadratic * factor * factor, &square);
+            (0..whole.states).for_each(|i| whole.columns[i][i] += constant);
+        }
+        (0..squares).for_each(|_| whole = whole.times(&whole, 1.0));
+        whole
+    }
+
+    /// The largest sum of a column of the states.
+    fn norm(&self) -> f64 {
+        let sums = self.columns[..self.states].iter().map(|column| column.iter().map(|entry| entry.abs()).sum::<f64>());
         // A number that is none must not be passed over.
-        states.chain(others).fold(0.0, |worst, it| if it.is_nan() { f64::INFINITY } else { worst.max(it) })
+        sums.fold(0.0, |largest: f64, sum| if sum.is_nan() { f64::INFINITY } else { largest.max(sum) })
     }
 }
 
-fn array_of<const N: usize>(column: impl Fn(usize) -> [f64; N]) -> [[f64; N]; N] {
-    let mut columns = [[0.0; N]; N];
-    columns.iter_mut().enumerate().for_each(|(number, slot)| *slot = column(number));
-    columns
-}
-
-fn array_sum<const N: usize>(one: &[f64; N], other: &[f64; N]) -> [f64; N] {
-    array(|i| one[i] + other[i])
+/// The largest of some numbers, infinite if one of them is none.
+fn largest<const N: usize>(numbers: &[f64; N]) -> f64 {
+    let larger = |largest: f64, number: &f64| if number.is_nan() { f64::INFINITY } else { largest.max(number.abs()) };
+    numbers.iter().fold(0.0, larger)
 }
 
 #[cfg(test)]
@@ -147,14 +247,14 @@ mod tests {
     fn exponential_of_an_oscillation_is_the_oscillation() {
         for (k, h) in [(4.0, 0.1), (4.0, 3.0), (1e4, 0.2)] {
             let at = LinearMap { states: [[0.0, -k], [1.0, 0.0]], others: vec![[0.0, 1.0]] };
-            let (map, error) = LinearMap::of_stretch(&[at.clone(), at.clone(), at], h);
+            let [four, map] = LinearMap::of_stretch(&[at.clone(), at.clone(), at], h);
             let w = f64::sqrt(k);
             let [sine, cosine] = [(w * h).sin(), (w * h).cos()];
             let expected = [cosine, -w * sine, sine / w, cosine, (1.0 - cosine) / k, sine / w];
             for (entry, expected) in map.states.iter().chain(&map.others).flatten().zip(expected) {
                 assert!((entry - expected).abs() < 1e-10 * w, "k = {k}, h = {h}: {entry}, not {expected}");
             }
-            assert_eq!(error, 0.0);
+            assert_eq!(four, map);
         }
     }
 
@@ -162,7 +262,7 @@ mod tests {
     #[test]
     fn equation_of_one_state_is_solved() {
         let at = |t: f64| LinearMap { states: [[-2.0 * t]], others: vec![[2.0 * t]] };
-        let over = |from: f64, h: f64| LinearMap::of_stretch(&NODES.map(|node| at(from + node * h)), h).0;
+        let over = |from: f64, h: f64| LinearMap::of_stretch(&NODES.map(|node| at(from + node * h)), h)[1].clone();
         let (whole, parts) = (over(0.0, 1.0), over(0.25, 0.75).after(&over(0.0, 0.25)));
         let expected = [(-1.0f64).exp(), 1.0 - (-1.0f64).exp()];
         for map in [whole, parts] {
@@ -178,13 +278,12 @@ mod tests {
         let at = |t: f64| LinearMap { states: [[0.0, t], [1.0, 0.0]], others: vec![] };
         let over = |parts: usize| {
             let h = 2.0 / parts as f64;
-            let mut worst: f64 = 0.0;
-            let mut all = LinearMap::identity(0);
+            let [mut low, mut all] = [LinearMap::identity(0), LinearMap::identity(0)];
             for part in 0..parts {
-                let (map, error) = LinearMap::of_stretch(&NODES.map(|node| at((part as f64 + node) * h)), h);
-                (all, worst) = (map.after(&all), worst.max(error));
+                let [four, six] = LinearMap::of_stretch(&NODES.map(|node| at((part as f64 + node) * h)), h);
+                [low, all] = [four.after(&low), six.after(&all)];
             }
-            (all.states, worst)
+            (all.states, all.distance(&low, &[1.0; 2]))
         };
         let ((coarse, estimate), (fine, _), (exact, _)) = (over(4), over(8), over(256));
         let distance = |one: [[f64; 2]; 2]| {

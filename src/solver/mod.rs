@@ -22,10 +22,10 @@ pub use balance::Balance;
 pub use error::{Rejection, StateAtStart, StepError};
 #[doc(hidden)]
 pub use linear::Inverse;
-#[cfg(feature = "sensitivities")]
-pub(crate) use run::Trail;
 #[doc(hidden)]
 pub use run::{Crossing, Progress, Run};
+#[cfg(feature = "sensitivities")]
+pub(crate) use run::{Trail, Variation};
 #[doc(hidden)]
 pub use settings::Settings;
 

@@ -140,17 +140,17 @@ pub fn plain<M: Serialize>(state: &M) -> Vec<u8> {
 /// Whether two discrete states of numbers without slopes differ in nothing but these numbers.
 #[cfg(feature = "sensitivities")]
 pub fn are_alike<M: Serialize>(one: &M, other: &M) -> bool {
-    let rest = |state: &M| {
-        let saved = postcard::to_allocvec(state).expect("a discrete state holds plain data");
-        let (mut start, mut rest) = (0, Vec::new());
-        for (place, _) in Finder::of(state).numbers {
-            rest.push(saved[start..place].to_vec());
-            start = place + size_of::<f64>();
-        }
-        rest.push(saved[start..].to_vec());
-        rest
+    let [saved, of_other] =
+        [one, other].map(|it| postcard::to_allocvec(it).expect("a discrete state holds plain data"));
+    let mut finder = Finder::default();
+    finder.find(one);
+    let mut start = 0;
+    let mut is_same = |(place, _): &(usize, NamedNumber)| {
+        let from = std::mem::replace(&mut start, place + size_of::<f64>());
+        saved[from..*place] == of_other[from..*place]
     };
-    rest(one) == rest(other)
+    // All between the numbers tells where the next one is.
+    saved.len() == of_other.len() && finder.numbers.iter().all(&mut is_same) && saved[start..] == of_other[start..]
 }
 
 /// Counts bytes as postcard writes them, and notes where the numbers are.

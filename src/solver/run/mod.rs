@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 
 use self::choice::Choice;
 #[cfg(feature = "sensitivities")]
-pub use self::smooth::Trail;
+pub use self::smooth::{Trail, Variation};
 use self::strides::Strides;
 use self::varied::Passed;
 pub use self::varied::{Crossing, Lost};

@@ -2,16 +2,22 @@
 //! end, with the Jacobians of the equations along the path.
 
 use super::Run;
-use crate::numbers::{DIRECTIONS, Real, Scalar, Tangent};
+use crate::numbers::{Real, Scalar, Tangent};
 use crate::solver::event::Hermite;
 use crate::solver::linear_map::{LinearMap, NODES};
 use crate::solver::{array, numbers, values};
 use crate::system::{System, rates_by_inputs};
 
-/// The largest error of a map, as [`LinearMap::of_stretch`] estimates it: that of order 4, where the map has order 6.
+/// The largest error of a map over a stretch, relative to the largest numbers that its columns have had: that of order 4, where the map
+/// has order 6.
 const ACCURACY: f64 = 1e-6;
-/// How often a stretch is halved.
-const HALVINGS: u32 = 5;
+/// The most stretches that are tried in a step.
+const TRIES: u32 = 64;
+/// By how much a stretch may be shorter or longer than the one before, and the share that it takes of the length that the estimate
+/// allows.
+const SHORTEST: f64 = 0.1;
+const LONGEST: f64 = 3.0;
+const SAFETY: f64 = 0.9;
 /// The largest distance of the rates on the path from those of the equations, times the length of the step and relative to the
 /// magnitude of the state.
 const STRAY: f64 = 1e-3;
@@ -25,6 +31,25 @@ pub struct Trail<M, const N: usize> {
     pub memory: M,
     /// Events before it.
     events: u64,
+}
+
+/// What varies beside states and inputs: numbers of the memory, or parameters of the equations.
+pub struct Variation<'a, H: System<U>, const U: usize> {
+    /// The equations.
+    pub system: &'a H,
+    /// The memory, once it has followed the inputs.
+    pub memory: Box<H::Memory<Tangent>>,
+    /// How many of the directions are used.
+    pub directions: usize,
+}
+
+/// A map as far as it has come along a trail.
+struct Way<const N: usize> {
+    map: LinearMap<N>,
+    /// The largest numbers that its columns have had.
+    sizes: Vec<f64>,
+    /// Length in s of the stretches that have been accurate.
+    stretch: f64,
 }
 
 impl<M, const N: usize> Trail<M, N> {
@@ -70,18 +95,14 @@ impl<H: System<U>, const N: usize, const U: usize> Run<H, N, U> {
     }
 
     /// The map along a trail over which the memory has been the present one: of the states, and of inhomogeneities, which are the inputs
-    /// and, behind them, a count of numbers of the memory, which vary in the directions of the memories given; in SI units. Nothing where
-    /// the path has a kink or is too rough.
-    pub fn map_along(
-        &self,
-        trail: &Trail<H::Memory<Real>, N>,
-        varied: &[Box<H::Memory<Tangent>>],
-        count: usize,
-    ) -> Option<LinearMap<N>> {
+    /// and, behind them, what else varies; in SI units. Nothing where the path has a kink or is too rough.
+    pub fn map_along(&self, trail: &Trail<H::Memory<Real>, N>, others: &[Variation<H, U>]) -> Option<LinearMap<N>> {
         if !self.settings.is_adaptive() {
             return None;
         }
-        let mut map = LinearMap::identity(U + count);
+        let directions = U + others.iter().map(|it| it.directions).sum::<usize>();
+        let map = LinearMap::identity(directions);
+        let mut way = Way { sizes: map.sizes().collect(), map, stretch: f64::INFINITY };
         for pair in trail.points.windows(2) {
             let [(time, start), (end_time, end)] = [&pair[0], &pair[1]];
             let u = [*time, *end_time].map(|time| values(&self.inputs.at(time)));
@@ -94,9 +115,9 @@ impl<H: System<U>, const N: usize, const U: usize> Run<H, N, U> {
             };
             let [start_slope, end_slope] = [slope(*time, start), slope(*end_time, end)];
             let path = Hermite { start, start_slope: &start_slope, end, end_slope: &end_slope, h: end_time - time };
-            map = self.map_of(&path, *time, [0.0, 1.0], (varied, count), HALVINGS)?.after(&map);
+            self.go_along(&path, *time, others, &mut way)?;
         }
-        let scales = &self.scales;
+        let (mut map, scales) = (way.map, &self.scales);
         for (column, scale) in map.states.iter_mut().zip(scales) {
             column.iter_mut().zip(scales).for_each(|(entry, row)| *entry *= row / scale);
         }
@@ -106,34 +127,39 @@ impl<H: System<U>, const N: usize, const U: usize> Run<H, N, U> {
         Some(map)
     }
 
-    /// The map over a part of a step, whose states and inhomogeneities are relative to the magnitudes of the states.
-    fn map_of(
-        &self,
-        path: &Hermite<N>,
-        time: f64,
-        [from, to]: [f64; 2],
-        varied: (&[Box<H::Memory<Tangent>>], usize),
-        halvings: u32,
-    ) -> Option<LinearMap<N>> {
-        let at = |node: f64| self.coefficients(path, time, from + node * (to - from), varied);
-        let [first, middle, last] = NODES.map(at);
-        let (map, error) = LinearMap::of_stretch(&[first?, middle?, last?], (to - from) * path.h);
-        if error <= ACCURACY {
-            return Some(map);
+    /// Goes on over a step, in stretches of about the length that has been accurate before. States and inhomogeneities
+    /// are relative to the magnitudes of the states.
+    fn go_along(&self, path: &Hermite<N>, time: f64, others: &[Variation<H, U>], way: &mut Way<N>) -> Option<()> {
+        let mut from = 0.0;
+        for _ in 0..TRIES {
+            // In stretches of one length, the last of which ends with the step.
+            let parts = ((1.0 - from) * path.h / way.stretch).ceil().max(1.0);
+            let length = (1.0 - from) / parts;
+            let at = |node: f64| self.coefficients(path, time, from + node * length, others);
+            let [first, middle, last] = NODES.map(at);
+            let maps = LinearMap::of_stretch(&[first?, middle?, last?], length * path.h);
+            let [four, six] = maps.map(|part| part.after(&way.map));
+            let sizes: Vec<f64> = way.sizes.iter().zip(six.sizes()).map(|(before, here)| before.max(here)).collect();
+            let error = six.distance(&four, &sizes);
+            if !error.is_finite() {
+                return None;
+            }
+            // The error is of order 5 in the length.
+            let change = (SAFETY * libm::pow(ACCURACY / error, 0.2)).clamp(SHORTEST, LONGEST);
+            way.stretch = length * path.h * change;
+            if error <= ACCURACY {
+                (way.map, way.sizes) = (six, sizes);
+                if parts == 1.0 {
+                    return Some(());
+                }
+                from += length;
+            }
         }
-        let (halvings, middle) = (halvings.checked_sub(1).filter(|_| error.is_finite())?, 0.5 * (from + to));
-        let before = self.map_of(path, time, [from, middle], varied, halvings)?;
-        Some(self.map_of(path, time, [middle, to], varied, halvings)?.after(&before))
+        None
     }
 
     /// The coefficients at a fraction of a step; nothing where the path strays from the equations.
-    fn coefficients(
-        &self,
-        path: &Hermite<N>,
-        time: f64,
-        at: f64,
-        (varied, count): (&[Box<H::Memory<Tangent>>], usize),
-    ) -> Option<LinearMap<N>> {
+    fn coefficients(&self, path: &Hermite<N>, time: f64, at: f64, others: &[Variation<H, U>]) -> Option<LinearMap<N>> {
         let (x, time) = (self.between(path, at), time + at * path.h);
         let u = values(&self.inputs.at(time));
         let mut states = [[0.0; N]; N];
@@ -143,18 +169,17 @@ impl<H: System<U>, const N: usize, const U: usize> Run<H, N, U> {
         if (H::CLOSED_FORM..N).any(strays) {
             return None;
         }
-        let mut others = rates_by_inputs(&self.system, time, &x, &u, &self.memory).to_vec();
-        for memory in varied {
-            let rates = self.system.derivatives(Tangent::still(time), &numbers(&x), &numbers(&u), memory);
-            others.extend((0..DIRECTIONS).map(|direction| array::<f64, N>(|i| rates[i].slopes[direction])));
+        let mut columns = rates_by_inputs(&self.system, time, &x, &u, &self.memory).to_vec();
+        for Variation { system, memory, directions } in others {
+            let rates = system.derivatives(Tangent::still(time), &numbers(&x), &numbers(&u), memory);
+            columns.extend((0..*directions).map(|direction| array::<f64, N>(|i| rates[i].slopes[direction])));
         }
-        others.truncate(U + count);
         for (column, scale) in states.iter_mut().zip(scales) {
             column.iter_mut().zip(scales).for_each(|(entry, row)| *entry *= scale / row);
         }
-        for column in &mut others {
+        for column in &mut columns {
             column.iter_mut().zip(scales).for_each(|(entry, row)| *entry /= row);
         }
-        Some(LinearMap { states, others })
+        Some(LinearMap { states, others: columns })
     }
 }
