@@ -77,10 +77,10 @@ impl<E: System<U>, const N: usize, const U: usize> Simulator<E, N, U> {
                 continue;
             };
             let slopes = slopes_of(&*variation.memory);
-            for direction in 0..*directions {
+            let memory = |direction: usize| numbers.iter().map(|number| slopes[*number][direction]).collect();
+            for memory in (0..*directions).map(memory) {
                 weights.fill(0.0);
                 weights[place] = 1.0;
-                let memory = numbers.iter().map(|number| slopes[*number][direction]).collect();
                 columns.push(Some(column(&still, &weights, memory)));
                 place += 1;
             }

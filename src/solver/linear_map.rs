@@ -50,7 +50,7 @@ impl<const N: usize> LinearMap<N> {
 
     /// The largest numbers of its columns, those of the states first.
     pub fn sizes(&self) -> impl Iterator<Item = f64> {
-        self.states.iter().chain(&self.others).map(|column| largest(column))
+        self.states.iter().chain(&self.others).map(largest)
     }
 
     /// The largest distance of a column from another map's, relative to sizes of the columns, those of the states first.
