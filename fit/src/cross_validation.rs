@@ -22,7 +22,7 @@ use crate::arrays::{interpolate, mean, median, rms};
 use crate::distributions::{LEVEL, normal, student};
 use crate::intervals::RANK;
 use crate::jacobian::{scale_rows, sensitivities};
-use crate::matrix::{orthogonal, pseudo_inverse};
+use crate::matrix::{Singular, orthogonal, pseudo_inverse};
 use crate::parameter::Parameter;
 use crate::problem::{Interrupted, Simulated, TOLERANCE};
 use crate::runs::LOAD_FACTOR;
@@ -305,10 +305,9 @@ impl Seen {
             column /= column.norm().max(1e-300);
         }
         let shares = first.tr_mul(&columns);
-        let svd = (columns - &first * shares).svd(true, false);
-        let directions = svd.u.expect("asked for");
-        let own: Vec<usize> = (0..svd.singular_values.len()).filter(|k| svd.singular_values[*k] > RANK).collect();
-        let basis = beside(&first, &directions.select_columns(&own));
+        let Singular { values, left, .. } = Singular::of(&(columns - &first * shares));
+        let own: Vec<usize> = (0..values.len()).filter(|k| values[*k] > RANK).collect();
+        let basis = beside(&first, &left.select_columns(&own));
         Self { residuals: basis.tr_mul(&residuals), derivatives: basis.tr_mul(&slopes), size }
     }
 
@@ -348,7 +347,7 @@ fn information(seen: &[Seen], tau: f64, noise: f64) -> Information {
 /// Variance of the residuals that the columns leave, times the number of samples that count as one: by how much the sums over blocks
 /// of the products with a column vary more than sums of independent samples, as the median over the columns and at least 1.
 fn noise(columns: &DMatrix<f64>, residuals: &DMatrix<f64>, blocks: &[usize]) -> f64 {
-    let rest = residuals - columns * (pseudo_inverse(columns.clone(), NO_INFORMATION) * residuals);
+    let rest = residuals - columns * (pseudo_inverse(columns, NO_INFORMATION) * residuals);
     let number = blocks.iter().max().map_or(0, |last| last + 1);
     let ratio = |column: nalgebra::DMatrixView<'_, f64>| {
         let (mut sums, mut squares) = (vec![0.0; number], 0.0);
@@ -368,7 +367,7 @@ fn noise(columns: &DMatrix<f64>, residuals: &DMatrix<f64>, blocks: &[usize]) -> 
 fn measured(left: &Left, factor: &DMatrix<f64>, blocks: &[usize], sensors: &[usize]) -> (f64, f64) {
     let columns = beside(factor, &left.derivatives.select_columns(sensors));
     let (square, right) = (columns.tr_mul(&columns), columns.tr_mul(&left.residuals));
-    let of = |square: DMatrix<f64>, right: DMatrix<f64>| (pseudo_inverse(square, 1e-12) * right)[(0, 0)];
+    let of = |square: DMatrix<f64>, right: DMatrix<f64>| (pseudo_inverse(&square, 1e-12) * right)[(0, 0)];
     let whole = of(square.clone(), right.clone());
     let number = blocks.iter().max().map_or(0, |last| last + 1);
     if number < 2 {
@@ -513,7 +512,7 @@ mod tests {
             let weigh = |matrix: &DMatrix<f64>| {
                 DMatrix::from_fn(6, matrix.ncols(), |row, column| matrix[(row, column)] / variances[row].sqrt())
             };
-            let weighted = pseudo_inverse(weigh(&rows), 1e-12) * weigh(&residuals);
+            let weighted = pseudo_inverse(&weigh(&rows), 1e-12) * weigh(&residuals);
             // The least that is known beforehand, 1e-9, moves them by as much.
             assert!((solved(&whole, &right) - weighted).norm() < 1e-8);
             let covariance = DMatrix::from_diagonal(&nalgebra::DVector::from_vec(variances));

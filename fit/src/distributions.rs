@@ -1,6 +1,6 @@
 //! Quantiles and tails of distributions.
 
-use statrs::distribution::{ChiSquared, ContinuousCDF, StudentsT};
+use std::f64::consts::{FRAC_1_PI, PI};
 
 /// Probability that an interval holds.
 pub const LEVEL: f64 = 0.95;
@@ -17,15 +17,54 @@ pub fn student(freedom: usize) -> f64 {
 
 /// Quantile of Student's distribution with a number of degrees of freedom, at least one.
 pub fn student_quantile(share: f64, freedom: usize) -> f64 {
-    let distribution =
-        StudentsT::new(0.0, 1.0, freedom.max(1) as f64).expect("a positive number of degrees of freedom");
-    distribution.inverse_cdf(share)
+    let freedom = freedom.max(1);
+    let mut angle = 0.0;
+    // Within these angles the probability is concave: no step of Newton's method leads beyond the root.
+    loop {
+        let (inside, slope) = within(angle, freedom);
+        let next = angle + ((2.0 * share - 1.0).abs() - inside) / slope;
+        if next <= angle || next.is_nan() {
+            return (freedom as f64).sqrt() * libm::tan(angle).copysign(share - 0.5);
+        }
+        angle = next;
+    }
 }
 
-/// Probability that chi squared of a number of degrees of freedom is larger than a value.
+/// Probability that a value of Student's distribution lies between those of two opposite angles, whose tangents are the values over the
+/// square root of the degrees of freedom, and its derivative (Abramowitz, Stegun, 26.7.3 and 26.7.4).
+fn within(angle: f64, freedom: usize) -> (f64, f64) {
+    let (sine, cosine) = (libm::sin(angle), libm::cos(angle));
+    let is_odd = freedom % 2 == 1;
+    let (mut term, mut over, mut series) = if is_odd { (cosine, 3.0, 0.0) } else { (1.0, 2.0, 0.0) };
+    for _ in 0..freedom / 2 {
+        series += term;
+        term *= cosine * cosine * (over - 1.0) / over;
+        over += 2.0;
+    }
+    let slope = freedom as f64 * term / cosine;
+    if is_odd { (2.0 * FRAC_1_PI * (angle + sine * series), 2.0 * FRAC_1_PI * slope) } else { (sine * series, slope) }
+}
+
+/// Probability that chi squared of a number of degrees of freedom, at least one, is larger than a value (Abramowitz, Stegun, 26.4.4
+/// and 26.4.5).
 pub fn chi_squared_tail(value: f64, freedom: usize) -> f64 {
-    let distribution = ChiSquared::new(freedom.max(1) as f64).expect("a positive number of degrees of freedom");
-    distribution.sf(value)
+    if value <= 0.0 {
+        return 1.0;
+    }
+    let (freedom, half) = (freedom.max(1), 0.5 * value);
+    let is_odd = freedom % 2 == 1;
+    let root = half.sqrt();
+    let (mut term, mut over, mut tail) = if is_odd {
+        (2.0 * root / PI.sqrt() * libm::exp(-half), 1.5, libm::erfc(root))
+    } else {
+        (libm::exp(-half), 1.0, 0.0)
+    };
+    for _ in 0..freedom / 2 {
+        tail += term;
+        term *= half / over;
+        over += 1.0;
+    }
+    tail
 }
 
 /// Standard normal distribution function.
@@ -62,8 +101,14 @@ mod tests {
         {
             let found = student(freedom);
             assert!((found / expected - 1.0).abs() < 1e-8, "{freedom}: {found}");
+            assert!((student_quantile(0.5 - 0.5 * LEVEL, freedom) / -found - 1.0).abs() < 1e-12);
         }
-        assert!((chi_squared_tail(31.410_432_844, 20) / 0.05 - 1.0).abs() < 1e-8);
+        assert_eq!(student_quantile(0.5, 7), 0.0);
+        for (value, freedom) in [(31.410_432_844, 20), (30.143_527_206, 19), (5.991_464_547, 2), (3.841_458_821, 1)] {
+            let found = chi_squared_tail(value, freedom);
+            assert!((found / 0.05 - 1.0).abs() < 1e-8, "{freedom}: {found}");
+        }
+        assert_eq!([0.0, 1e4].map(|value| chi_squared_tail(value, 3)), [1.0, 0.0]);
         for (x, expected) in [
             (-40.0, -804.608_442_013_754),
             (-20.0, -203.917_155_37),

@@ -144,7 +144,7 @@ fn corners(name: &str, rows: &[Row]) -> Result<Vec<(f64, f64)>, Refused> {
     let count = told.len();
     let row = |at: usize| hats.iter().map(move |hat| hat[at]).chain([rows[at].2]);
     let reduced = triangle(&from_rows(rows.len(), count + 1, (0..rows.len()).flat_map(row)));
-    let inverse = pseudo_inverse(reduced.view((0, 0), (count, count)).into_owned(), NO_RANK);
+    let inverse = pseudo_inverse(&reduced.view((0, 0), (count, count)).into_owned(), NO_RANK);
     let forces = inverse * reduced.view((0, count), (count, 1));
     if forces.iter().any(|force| *force < 0.0) {
         return Err(Refused(format!(

@@ -4,7 +4,7 @@ use nalgebra::DMatrix;
 
 use crate::distributions::student;
 use crate::jacobian::{scale_rows, sensitivities};
-use crate::matrix::{orthogonal, pseudo_inverse, triangle};
+use crate::matrix::{Singular, orthogonal, pseudo_inverse, triangle};
 use crate::parameter::{Parameter, Values};
 use crate::problem::{Interrupted, Problem, TOLERANCE};
 
@@ -200,7 +200,7 @@ pub fn covariance(linear: &Linear) -> (DMatrix<f64>, Vec<f64>) {
 
 /// Covariance of independent residuals. Of a parameter without effect it is 0, which rounding would not leave.
 pub fn white(linear: &Linear) -> DMatrix<f64> {
-    let mut inverse = pseudo_inverse(triangle(&linear.derivatives), RANK);
+    let mut inverse = pseudo_inverse(&triangle(&linear.derivatives), RANK);
     for (mut row, column) in inverse.row_iter_mut().zip(linear.derivatives.column_iter()) {
         if column.iter().all(|value| *value == 0.0) {
             row.fill(0.0);
@@ -227,7 +227,7 @@ fn jackknife(linear: &Linear, labels: &[usize], groups: usize) -> Vec<f64> {
     parts.iter().for_each(|(information, _)| whole += information);
     let mut variances = vec![0.0; count];
     for (information, slope) in &parts {
-        let moved = pseudo_inverse(&whole - information, RANK * RANK) * slope;
+        let moved = pseudo_inverse(&(&whole - information), RANK * RANK) * slope;
         variances.iter_mut().zip(moved.iter()).for_each(|(variance, by)| *variance += by * by);
     }
     let share = (groups - 1) as f64 / groups as f64;
@@ -257,7 +257,7 @@ pub fn bootstrap(linear: &Linear, x: &[f64], seed: u64, draws: usize) -> Vec<[f6
             information += own;
             slope += score;
         }
-        let step = pseudo_inverse(information, RANK * RANK) * slope;
+        let step = pseudo_inverse(&information, RANK * RANK) * slope;
         steps.iter_mut().zip(step.iter()).for_each(|(steps, step)| steps.push(-step));
     }
     let end = |steps: &[f64], share: f64| quantile(steps, share);
@@ -281,11 +281,11 @@ pub fn blind(derivatives: &DMatrix<f64>) -> Vec<bool> {
 }
 
 fn unseen(derivatives: &DMatrix<f64>) -> Vec<bool> {
-    let svd = triangle(derivatives).svd(false, true);
-    let largest = svd.singular_values.max();
-    let directions = svd.v_t.expect("asked for");
+    let Singular { values, right, .. } = Singular::of(&triangle(derivatives));
+    let largest = values.first().copied().unwrap_or(0.0);
     let takes_part = |place: usize| {
-        let mut pairs = svd.singular_values.iter().zip(directions.column(place));
+        let row = right.row(place);
+        let mut pairs = values.iter().zip(row.iter());
         pairs.any(|(value, share)| *value < RANK * largest && share.abs() > TAKES_PART)
     };
     (0..derivatives.ncols()).map(|place| largest == 0.0 || takes_part(place)).collect()

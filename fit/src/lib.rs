@@ -23,6 +23,7 @@ pub mod jacobian;
 pub mod law;
 pub mod matrix;
 pub mod nonnegative;
+mod number;
 pub mod numerals;
 pub mod parameter;
 pub mod plausibility;

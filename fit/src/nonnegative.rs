@@ -47,7 +47,7 @@ fn approach(columns: &DMatrix<f64>, right: &DVector<f64>, free: &mut [bool], fac
     let decomposed = own.clone().qr();
     let solved = decomposed.r().solve_upper_triangular(&decomposed.q().tr_mul(right));
     let best = solved.filter(|best| best.iter().all(|value| value.is_finite()));
-    let best = best.unwrap_or_else(|| pseudo_inverse(own, f64::EPSILON) * right);
+    let best = best.unwrap_or_else(|| pseudo_inverse(&own, f64::EPSILON) * right);
     let share = |(at, place): (usize, &usize)| {
         let (now, then) = (factors[*place], best[at]);
         (then <= 0.0).then_some((now / (now - then).max(f64::MIN_POSITIVE), *place))

@@ -13,6 +13,7 @@ use pneumatic_servo::numbers::random;
 use crate::arrays::mean;
 use crate::jacobian::jacobian;
 use crate::matrix::triangle;
+use crate::number::{Number, numbers, plain};
 use crate::parameter::Values;
 use crate::problem::{Interrupted, Problem, TOLERANCE};
 
@@ -180,8 +181,8 @@ struct Objective<'a> {
     scale: Vec<f64>,
     /// The scaled start, and the start itself, which scaling and back may move by a rounding error, out of what a law allows.
     begin: (Vec<f64>, Vec<f64>),
-    low: Vec<f64>,
-    high: Vec<f64>,
+    low: Vec<Number>,
+    high: Vec<Number>,
     last: RefCell<Option<Rc<Evaluated>>>,
     /// The last Jacobian of the residuals, unscaled, and its vector.
     slopes: RefCell<Option<Slopes>>,
@@ -214,8 +215,8 @@ impl<'a> Objective<'a> {
             is_short: loss == Loss::Linear,
             scale: vec![1.0; x.len()],
             begin: (x.clone(), x.clone()),
-            low,
-            high,
+            low: vec![],
+            high: vec![],
             last: RefCell::default(),
             slopes: RefCell::default(),
             costs: RefCell::default(),
@@ -230,9 +231,8 @@ impl<'a> Objective<'a> {
         let norms: Vec<f64> = slopes.column_iter().map(|column| column.norm()).collect();
         objective.scale = norms.iter().map(|norm| if *norm > 0.0 { *norm } else { 1.0 }).collect();
         let scaled = |values: &[f64]| values.iter().zip(&objective.scale).map(|(value, scale)| value * scale).collect();
-        let (y, low, high): (Vec<f64>, Vec<f64>, Vec<f64>) =
-            (scaled(&x), scaled(&objective.low), scaled(&objective.high));
-        (objective.low, objective.high) = (low, high);
+        let (y, low, high): (Vec<f64>, Vec<f64>, Vec<f64>) = (scaled(&x), scaled(&low), scaled(&high));
+        (objective.low, objective.high) = (numbers(&low), numbers(&high));
         let Evaluated { differences, residuals, .. } = &*first;
         let again = Evaluated { y: y.clone(), differences: differences.clone(), residuals: residuals.clone() };
         objective.last.replace(Some(Rc::new(again)));
@@ -331,7 +331,7 @@ impl<'a> Objective<'a> {
 }
 
 impl Constraints for Objective<'_> {
-    type Set = ConstraintSet<BoxBounds<Vec<f64>>>;
+    type Set = ConstraintSet<BoxBounds<Vec<Number>>>;
 
     fn constraints(&self) -> <Self::Set as ConstraintDescription>::Borrowed<'_> {
         ConstraintSet::new().with_bounds(BoxBounds::new(Some(&self.low), Some(&self.high)))
@@ -339,26 +339,26 @@ impl Constraints for Objective<'_> {
 }
 
 impl Residual for Objective<'_> {
-    type Param = Vec<f64>;
-    type Output = Vec<f64>;
+    type Param = Vec<Number>;
+    type Output = Vec<Number>;
     type Error = Stop;
 
-    fn residual(&self, y: &Vec<f64>) -> Result<Vec<f64>, Stop> {
-        let found = self.at(y)?;
+    fn residual(&self, y: &Vec<Number>) -> Result<Vec<Number>, Stop> {
+        let found = self.at(&plain(y))?;
         if !self.is_short {
-            return Ok(found.residuals.clone());
+            return Ok(numbers(&found.residuals));
         }
         let mut short = vec![0.0; y.len() + 1];
         short[0] = squared(&found.residuals).sqrt();
-        Ok(short)
+        Ok(numbers(&short))
     }
 }
 
 impl Jacobian for Objective<'_> {
-    type Jacobian = DenseMatrix;
+    type Jacobian = DenseMatrix<Number>;
 
-    fn jacobian(&self, y: &Vec<f64>) -> Result<DenseMatrix, Stop> {
-        let at = self.at(y)?;
+    fn jacobian(&self, y: &Vec<Number>) -> Result<DenseMatrix<Number>, Stop> {
+        let at = self.at(&plain(y))?;
         let mut slopes = (*self.slopes_at(&at)?).clone();
         for (mut column, scale) in slopes.column_iter_mut().zip(&self.scale) {
             column /= *scale;
@@ -369,7 +369,7 @@ impl Jacobian for Objective<'_> {
             slopes = whole.columns(1, y.len()) * sign;
         }
         // Row by row, where nalgebra goes by columns.
-        Ok(DenseMatrix::from_row_slice(slopes.nrows(), slopes.ncols(), slopes.transpose().as_slice()))
+        Ok(DenseMatrix::from_row_slice(slopes.nrows(), slopes.ncols(), &numbers(slopes.transpose().as_slice())))
     }
 }
 
@@ -421,13 +421,13 @@ pub fn refine(
     }
 }
 
-fn robust<L: basin::LossFunction>(objective: Objective<'_>, loss: L) -> Result<Solution, Interrupted> {
+fn robust<L: basin::LossFunction<Number>>(objective: Objective<'_>, loss: L) -> Result<Solution, Interrupted> {
     descend(RobustLeastSquares::new(objective, loss), RobustLeastSquares::inner)
 }
 
 fn descend<'a, P>(problem: P, objective: impl Fn(&P) -> &Objective<'a>) -> Result<Solution, Interrupted>
 where
-    TrustRegionReflective: Solver<P, PointState<Vec<f64>>, Error = ConstraintSolveError<Stop>>,
+    TrustRegionReflective<Number>: Solver<P, PointState<Vec<Number>, Number>, Error = ConstraintSolveError<Stop>>,
 {
     let mut problem = basin::Problem::new(problem);
     let own = objective(problem.inner());
@@ -435,13 +435,13 @@ where
     let effort = own.effort;
     // The first step is as long as the start, which next to 0 is no length.
     let unit = squared(&own.scale).sqrt();
-    let radius = (squared(&begin).sqrt() < SHORT * unit).then_some(unit);
-    let solver = TrustRegionReflective::new().with_absolute_scaled_gradient_tolerance(FLAT);
+    let radius = (squared(&begin).sqrt() < SHORT * unit).then_some(Number(unit));
+    let solver = TrustRegionReflective::new().with_absolute_scaled_gradient_tolerance(Number(FLAT));
     let mut solver = solver.with_initial_radius(radius);
-    let mut state = solver.init(&mut problem, PointState::new(begin)).map_err(|_| Interrupted)?;
+    let mut state = solver.init(&mut problem, PointState::new(numbers(&begin))).map_err(|_| Interrupted)?;
     objective(problem.inner()).is_begun.set(true);
     loop {
-        let (y, before) = (state.param().clone(), state.cost());
+        let (y, before) = (plain(state.param()), state.cost().0);
         let own = |problem: &basin::Problem<P>, y: &[f64]| objective(problem.inner()).outer(y);
         if solver.check_convergence(&problem, &state).is_some() {
             return Ok(Solution::new(own(&problem, &y), before, true, "the gradient vanishes"));
@@ -450,8 +450,8 @@ where
             Ok(step) => {
                 let termination;
                 (state, _, termination) = step.into_parts();
-                let cost = state.cost();
-                let end = |message| Ok(Solution::new(own(&problem, state.param()), cost, true, message));
+                let cost = state.cost().0;
+                let end = |message| Ok(Solution::new(own(&problem, &plain(state.param())), cost, true, message));
                 if termination.is_some() {
                     return end("no step lowers the cost any more");
                 }

@@ -142,10 +142,10 @@ fn moves(problems: &[Problem<'_>], vectors: &[Vec<f64>], common: usize) -> Resul
         slope += rest.tr_mul(&residuals);
         parts.push((residuals, shared, basis, triangle));
     }
-    let step = if common == 0 { slope } else { -pseudo_inverse(information, RANK) * slope };
+    let step = if common == 0 { slope } else { -pseudo_inverse(&information, RANK) * slope };
     let of = |(residuals, shared, basis, triangle): (DMatrix<f64>, DMatrix<f64>, DMatrix<f64>, DMatrix<f64>)| {
         let right = basis.tr_mul(&(residuals + shared * &step));
-        let own = if triangle.is_empty() { right } else { -pseudo_inverse(triangle, RANK) * right };
+        let own = if triangle.is_empty() { right } else { -pseudo_inverse(&triangle, RANK) * right };
         step.iter().chain(own.iter()).copied().collect()
     };
     Ok(parts.into_iter().map(of).collect())
@@ -188,7 +188,7 @@ fn constant(values: &[f64], spread: &DMatrix<f64>) -> f64 {
         _ => 0.0,
     });
     let moved = &differences * DMatrix::from_column_slice(count, 1, values);
-    let inverse = pseudo_inverse(&differences * spread * differences.transpose(), RANK);
+    let inverse = pseudo_inverse(&(&differences * spread * differences.transpose()), RANK);
     chi_squared_tail(moved.dot(&(inverse * &moved)), count - 1)
 }
 
@@ -260,7 +260,7 @@ mod tests {
         }
         matrix[(60, 0)] = free[0].prior_slopes()[0];
         assert!(matrix[(60, 0)] > 0.0);
-        let best = pseudo_inverse(matrix, 1e-14) * data;
+        let best = pseudo_inverse(&matrix, 1e-14) * data;
         let alone: Vec<Vec<f64>> = (0..3).map(|k| vec![0.3 * f64::from(k), -0.2]).collect();
         let (vectors, converged) = together(&free, &alone, 1, ROUNDS).expect("nobody interrupts");
         assert!(converged && vectors.iter().all(|x| x[0] == vectors[0][0]));

@@ -6,6 +6,7 @@ use super::cylinder::{GRAVITY, on_grids};
 use super::pushed::{LENGTH, Pushed, directed, direction};
 use super::{Begin, Experiment, Forces, Given, MeasuredSegment, measured};
 use crate::arrays::quantile;
+use crate::matrix::pseudo_inverse;
 use crate::numerals::significant;
 use crate::parameter::Values;
 use crate::record::{Record, Signals};
@@ -160,9 +161,7 @@ impl Experiment for Force {
         let of = |row: usize, column: usize| table[fast[row]].0.get(column).copied().unwrap_or(table[fast[row]].1);
         let matrix = DMatrix::from_fn(fast.len(), width, of);
         let force = DVector::from_iterator(fast.len(), fast.iter().map(|row| right[*row]));
-        let svd = matrix.svd(true, true);
-        let least = f64::EPSILON * fast.len() as f64 * svd.singular_values.max();
-        let Ok(found) = svd.solve(&force, least) else { return Values::new() };
+        let found = pseudo_inverse(&matrix, f64::EPSILON * fast.len() as f64) * force;
         let (mass, offset) = (found[0], found[3]);
         let mut gain = self.given.beside("gain.force", values, 1.0);
         if values.contains_key("gain.force") && !values.contains_key("mass") && mass > 0.0 {
