@@ -5,6 +5,7 @@ use std::fmt;
 use nalgebra::{DMatrix, DVector};
 
 use super::{Plant, Saved};
+use crate::numbers::pseudo_inverse;
 use crate::session::Direction;
 use crate::solver::StepError;
 use crate::variables::{Kind, Place, SettingError, Variable, find};
@@ -396,9 +397,7 @@ impl<'a> Point<'a> {
                 break;
             }
             // The shortest step, where some directions change nothing.
-            let svd = jacobian.svd(true, true);
-            let least = RANK * svd.singular_values.max();
-            let Ok(step) = svd.solve(&-&residual, least) else { break };
+            let step = pseudo_inverse(&jacobian, RANK) * -&residual;
             let Some(next) = self.walk(&step, residual.norm()) else { break };
             residual = next;
         }

@@ -9,6 +9,7 @@
 //! | `pair` | two numbers side by side |
 //! | `monotone` | a smooth curve through points |
 //! | `random` | random numbers that are the same everywhere |
+//! | `singular` | singular values with the same bits everywhere |
 
 mod dual;
 mod monotone;
@@ -17,6 +18,7 @@ mod pair;
 #[doc(hidden)]
 pub mod random;
 mod scalar;
+mod singular;
 mod tangent;
 
 pub use dual::{Dual, Real};
@@ -25,5 +27,6 @@ pub use number::Number;
 pub use pair::Pair;
 pub(crate) use scalar::KEPT;
 pub use scalar::{Scalar, Varying, sign};
+pub use singular::{Singular, pseudo_inverse};
 pub(crate) use tangent::first;
 pub use tangent::{DIRECTIONS, STILL, Slopes, Tangent, Tangents};
