@@ -30,8 +30,8 @@ pub fn student_quantile(share: f64, freedom: usize) -> f64 {
     }
 }
 
-/// Probability that a value of Student's distribution lies between those of two opposite angles, whose tangents are the values over the
-/// square root of the degrees of freedom, and its derivative (Abramowitz, Stegun, 26.7.3 and 26.7.4).
+/// Probability that the magnitude of a variable with Student's distribution is at most the tangent of an angle times the square root of
+/// the degrees of freedom, and the derivative of the probability by the angle (Abramowitz, Stegun, 26.7.3 and 26.7.4).
 fn within(angle: f64, freedom: usize) -> (f64, f64) {
     let (sine, cosine) = (libm::sin(angle), libm::cos(angle));
     let is_odd = freedom % 2 == 1;

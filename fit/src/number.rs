@@ -1,4 +1,4 @@
-//! Numbers whose functions are those of `libm`, for crates that are generic in their numbers.
+//! A type of numbers with the functions of `libm`, for crates that are generic in the type of numbers.
 //!
 //! Such a crate takes the functions of `f64` from num-traits, and these are the system's as soon as any crate of a program asks for its
 //! feature `std`: the last bits of `hypot` or `ln` would differ from one platform to the next.

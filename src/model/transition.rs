@@ -282,8 +282,8 @@ impl Plant {
 
     /// The linear map of a step, or of none.
     ///
-    /// If the step is smooth, the columns come from its trail; else from runs with slopes, as do those of parameters whose value of zero
-    /// leaves out states that they would bring.
+    /// The columns of a smooth step come from its trail, all others from runs with slopes. A parameter that is zero, where another value
+    /// adds states to the model, needs a run with slopes in any case.
     ///
     /// What seldom acts on anything, such as the time at which the carriage stuck last, shares a direction, in which each has a slope
     /// of its own. Where all that comes out is 0 or one of these slopes, each of them has been handed on or forgotten, and
@@ -348,7 +348,8 @@ impl Plant {
         Ok(Transition::of(columns, [of.names, next_names], inputs, outputs.len()))
     }
 
-    /// Goes over a step, with the columns before those of parameters and behind them those of groups of parameters if it is smooth.
+    /// Goes over a step; if the step is smooth, returns the columns by states, memory and inputs, followed by the columns by groups of
+    /// parameters.
     fn followed(
         &mut self,
         of: &Columns,

@@ -48,16 +48,17 @@ impl<const N: usize> LinearMap<N> {
         }
     }
 
-    /// The largest numbers of its columns, those of the states first.
+    /// The largest magnitude in each column; the columns of states come first.
     pub fn sizes(&self) -> impl Iterator<Item = f64> {
-        self.states.iter().chain(&self.others).map(largest)
+        self.states.iter().chain(&self.others).map(|column| largest(*column))
     }
 
-    /// The largest distance of a column from another map's, relative to sizes of the columns, those of the states first.
+    /// The largest distance between columns of this map and of another one, relative to a size of each column; the columns of states come
+    /// first.
     pub fn distance(&self, other: &Self, sizes: &[f64]) -> f64 {
         let columns = self.states.iter().chain(&self.others).zip(other.states.iter().chain(&other.others));
         let apart = |((own, other), size): ((&[f64; N], &[f64; N]), &f64)| {
-            let distance = largest(&array::<f64, N>(|i| own[i] - other[i]));
+            let distance = largest(array::<f64, N>(|i| own[i] - other[i]));
             if distance > 0.0 { distance / size } else { 0.0 }
         };
         columns.zip(sizes).map(apart).fold(0.0, f64::max)
@@ -226,16 +227,14 @@ impl<const R: usize> Matrix<R> {
 
     /// The largest sum of a column of the states.
     fn norm(&self) -> f64 {
-        let sums = self.columns[..self.states].iter().map(|column| column.iter().map(|entry| entry.abs()).sum::<f64>());
-        // A number that is none must not be passed over.
-        sums.fold(0.0, |largest: f64, sum| if sum.is_nan() { f64::INFINITY } else { largest.max(sum) })
+        largest(self.columns[..self.states].iter().map(|column| column.iter().map(|entry| entry.abs()).sum()))
     }
 }
 
-/// The largest of some numbers, infinite if one of them is none.
-fn largest<const N: usize>(numbers: &[f64; N]) -> f64 {
-    let larger = |largest: f64, number: &f64| if number.is_nan() { f64::INFINITY } else { largest.max(number.abs()) };
-    numbers.iter().fold(0.0, larger)
+/// The largest magnitude of some numbers, infinite if one of them is NaN.
+fn largest(numbers: impl IntoIterator<Item = f64>) -> f64 {
+    let larger = |largest: f64, number: f64| if number.is_nan() { f64::INFINITY } else { largest.max(number.abs()) };
+    numbers.into_iter().fold(0.0, larger)
 }
 
 #[cfg(test)]

@@ -101,7 +101,7 @@ impl Stilling {
         let mut saved = std::mem::take(&mut self.saved);
         saved.clear();
         let mut saved = postcard::to_extend(state, saved).expect("a discrete state holds plain data");
-        if !self.is_laid_out_as_before(&saved) {
+        if !self.finder.are_same_between_numbers(&saved, &self.before, size_of::<f64>() + size_of::<Slopes>()) {
             self.finder.find(state);
         }
         for (place, _) in &self.finder.numbers {
@@ -109,18 +109,6 @@ impl Stilling {
         }
         self.saved = std::mem::replace(&mut self.before, saved);
         postcard::from_bytes(&self.before).expect("a discrete state of the same model")
-    }
-
-    /// Whether a saved state has its numbers where the one before has: all between them, which tells where the next one is, is the same.
-    fn is_laid_out_as_before(&self, saved: &[u8]) -> bool {
-        let mut start = 0;
-        let is_same = |from: usize, to: usize| saved[from..to] == self.before[from..to];
-        saved.len() == self.before.len()
-            && self.finder.numbers.iter().all(|(place, _)| {
-                let from = std::mem::replace(&mut start, place + size_of::<f64>() + size_of::<Slopes>());
-                is_same(from, *place)
-            })
-            && is_same(start, saved.len())
     }
 }
 
@@ -144,13 +132,7 @@ pub fn are_alike<M: Serialize>(one: &M, other: &M) -> bool {
         [one, other].map(|it| postcard::to_allocvec(it).expect("a discrete state holds plain data"));
     let mut finder = Finder::default();
     finder.find(one);
-    let mut start = 0;
-    let mut is_same = |(place, _): &(usize, NamedNumber)| {
-        let from = std::mem::replace(&mut start, place + size_of::<f64>());
-        saved[from..*place] == of_other[from..*place]
-    };
-    // All between the numbers tells where the next one is.
-    saved.len() == of_other.len() && finder.numbers.iter().all(&mut is_same) && saved[start..] == of_other[start..]
+    finder.are_same_between_numbers(&saved, &of_other, size_of::<f64>())
 }
 
 /// Counts bytes as postcard writes them, and notes where the numbers are.
@@ -177,6 +159,19 @@ impl Finder {
         self.length = 0;
         self.numbers.clear();
         state.serialize(Walk(self)).expect("a discrete state holds plain data");
+    }
+
+    /// Whether two saved states differ in nothing but the numbers, of which each takes some bytes. Then both have them in the same
+    /// places: what is saved before a number tells where the number is.
+    fn are_same_between_numbers(&self, one: &[u8], other: &[u8], width: usize) -> bool {
+        let mut start = 0;
+        let is_same = |from: usize, to: usize| one[from..to] == other[from..to];
+        one.len() == other.len()
+            && self.numbers.iter().all(|(place, _)| {
+                let from = std::mem::replace(&mut start, place + width);
+                is_same(from, *place)
+            })
+            && is_same(start, one.len())
     }
 
     fn enter(&mut self, name: impl FnOnce() -> String) {

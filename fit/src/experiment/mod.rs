@@ -389,15 +389,15 @@ impl Kind {
         self.required.iter().chain(either).chain(self.further).copied()
     }
 
-    /// Names of those of the [`Options`] with a default that act here: the width of parabolas, the rated load and the play.
+    /// Names of the [`Options`] with a default that act in this kind of experiment: the width of parabolas, the rated load and the play.
     pub fn options(&self) -> Vec<&'static str> {
         let has_load = self.signals().any(|signal| signal == "normalForce");
         let all = [("width", self.has_time()), ("rated", has_load), ("play", self.name == "motion")];
         all.into_iter().filter(|(_, acts)| *acts).map(|(name, _)| name).collect()
     }
 
-    /// Parameters that a fit usually estimates: those of the law, of points only those that friction of a steady motion depends on;
-    /// of the gas alone, which has no friction, the conductance of its valve.
+    /// Parameters that a fit usually estimates: of the law, in `points` only the ones on which friction in steady motion depends; in
+    /// `pneumatic`, where friction has no part, the conductance of the valve.
     pub fn usual(&self, model: &Model, law: i32, known: &Values) -> Vec<String> {
         if self.name == PNEUMATIC {
             return vec!["valve.C".to_owned()];
