@@ -29,21 +29,22 @@ pub fn lent(of: TypeId, make: impl FnOnce() -> Table) -> &'static Table {
 }
 
 /// Frees the tables without other owners; they are made again when they are needed. For a shared library that is about to be
-/// unloaded, and would leave them behind.
-pub fn forget_tables() {
-    forget(&KEPT);
+/// unloaded, and would leave them behind. Returns whether it did so, as [`forget`] does.
+pub fn forget_tables() -> bool {
+    forget(&KEPT)
 }
 
 /// Frees what a list holds, unless a thread has it: one that has ended in the middle of adding something, as threads do when a
-/// process ends, keeps it for good.
-pub fn forget<T>(list: &Mutex<Vec<T>>) {
+/// process ends, keeps it for good. Returns whether it was free.
+pub fn forget<T>(list: &Mutex<Vec<T>>) -> bool {
     let kept = match list.try_lock() {
         Ok(mut all) => mem::take(&mut *all),
         Err(TryLockError::Poisoned(all)) => mem::take(&mut *all.into_inner()),
-        Err(TryLockError::WouldBlock) => return,
+        Err(TryLockError::WouldBlock) => return false,
     };
     // A destructor may ask for the list.
     drop(kept);
+    true
 }
 
 /// A name for as long as the process lasts, for errors and units, which are plain data. Such names are few and short.
@@ -83,7 +84,7 @@ mod tests {
         let first = shared(of, make);
         assert!(Arc::ptr_eq(&first, &shared(of, || unreachable!("it is there"))));
         let freed = Arc::downgrade(&first);
-        forget_tables();
+        while !forget_tables() {}
         assert_eq!(freed.strong_count(), 1);
         drop(first);
         assert!(freed.upgrade().is_none());
