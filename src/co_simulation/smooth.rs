@@ -36,6 +36,8 @@ impl<E: System<U>, const N: usize, const U: usize> Simulator<E, N, U> {
         let trail = self.run.end_trail()?;
         let of_memory = |it: &Along| if let Along::Memory(place) = it { Some(*place) } else { None };
         let numbers: Vec<usize> = along.iter().filter_map(of_memory).collect();
+        let of_input = |it: &Along| if let Along::Input(place) = it { Some(*place).filter(|it| *it < U) } else { None };
+        let inputs: Vec<usize> = along.iter().filter_map(of_input).collect();
         let places = self.places_of(along)?;
         let sources = self.sources(&trail, along, &places, &numbers)?;
         let mut variations = self.by_numbers(&numbers);
@@ -43,8 +45,8 @@ impl<E: System<U>, const N: usize, const U: usize> Simulator<E, N, U> {
         let by_parameters = self.by_parameters(&trail, beside);
         let is_there: Vec<bool> = by_parameters.iter().map(Option::is_some).collect();
         variations.extend(by_parameters.into_iter().flatten());
-        let map = self.run.map_along(&trail, &variations)?;
-        let rows = self.rows(&variations, outputs)?;
+        let map = self.run.map_along(&trail, &inputs, &variations)?;
+        let rows = self.rows(&inputs, &variations, outputs)?;
         let column = |z: &[f64; N], weights: &[f64], memory: Vec<f64>| {
             let mut end = map.times(z);
             for (column, weight) in map.others.iter().zip(weights).filter(|(_, weight)| **weight != 0.0) {
@@ -62,15 +64,19 @@ impl<E: System<U>, const N: usize, const U: usize> Simulator<E, N, U> {
             let mut z = still;
             match (it, places[index]) {
                 (_, Some(place)) => z[place] = 1.0,
-                (Along::Input(input), _) if *input < U => weights[*input] = 1.0,
+                (Along::Input(input), _) => {
+                    if let Some(place) = inputs.iter().position(|other| other == input) {
+                        weights[place] = 1.0;
+                    }
+                }
                 _ => (),
             }
             let moved = |source: &Option<Source>| source.filter(|it| it.index == index).map_or(0.0, |it| it.factor);
             let memory: Vec<f64> = sources.iter().map(moved).collect();
-            weights[U..].iter_mut().zip(&memory).for_each(|(slot, weight)| *slot = *weight);
+            weights[inputs.len()..].iter_mut().zip(&memory).for_each(|(slot, weight)| *slot = *weight);
             columns.push(Some(column(&z, &weights, memory)));
         }
-        let (mut place, mut by_parameters) = (U + numbers.len(), variations[of_numbers..].iter());
+        let (mut place, mut by_parameters) = (inputs.len() + numbers.len(), variations[of_numbers..].iter());
         for ((_, directions), is_there) in beside.iter().zip(is_there) {
             let Some(variation) = is_there.then(|| by_parameters.next()).flatten() else {
                 columns.extend(std::iter::repeat_n(None, *directions));
@@ -178,17 +184,17 @@ impl<E: System<U>, const N: usize, const U: usize> Simulator<E, N, U> {
         numbers.iter().map(source).collect()
     }
 
-    /// The derivatives of outputs, given by their places, here by states, inputs and what else varies.
-    fn rows(&self, variations: &[Variation<E, U>], outputs: &[usize]) -> Option<Vec<Vec<f64>>> {
+    /// The derivatives of outputs, given by their places, here by states, some inputs and what else varies.
+    fn rows(&self, inputs: &[usize], variations: &[Variation<E, U>], outputs: &[usize]) -> Option<Vec<Vec<f64>>> {
         if outputs.is_empty() {
             return Some(Vec::new());
         }
         let (system, time, (x, memory)) = (self.run.system(), self.run.time(), self.run.state());
         let (x, u) = (x.map(Real::value), self.inputs());
         let computed = self.session.table.computed().count();
-        let mut rows = vec![Vec::with_capacity(N + U + DIRECTIONS * variations.len()); outputs.len()];
+        let mut rows = vec![Vec::with_capacity(N + inputs.len() + DIRECTIONS * variations.len()); outputs.len()];
         let mut slopes = vec![0.0; computed];
-        for direction in 0..N + U {
+        for direction in (0..N).chain(inputs.iter().map(|input| N + input)) {
             let seed = |place: usize| f64::from(place == direction);
             let seeds = (0.0, &std::array::from_fn(seed), &std::array::from_fn(|input| seed(N + input)));
             self.session.differentiate(system, (time, &x, &u, memory), seeds, &[], &mut slopes);

@@ -362,11 +362,21 @@ impl Plant {
             let along: Vec<Along> = group.iter().map(|place| of.along[*place]).collect();
             places.push((self.spare(&along).ok_or_else(|| unlike(&of.asked.refused))?, group.len()));
         }
+        let acts = |place: &usize| place.checked_sub(of.names.len()).is_none_or(|input| of.asked.inputs[input]);
+        let acting: Vec<usize> = (0..first_parameter).filter(acts).collect();
+        let along: Vec<Along> = acting.iter().map(|place| of.along[*place]).collect();
         self.simulation.begin_trail();
         self.advance(until).map_err(TransitionError::Step)?;
         let beside: Vec<(&dyn Varied, usize)> =
             places.into_iter().map(|(place, directions)| (self.spare[place].1.as_ref(), directions)).collect();
-        Ok(self.simulation.end_trail(&of.along[..first_parameter], &beside, of.outputs))
+        let Some(mut found) = self.simulation.end_trail(&along, &beside, of.outputs) else { return Ok(None) };
+        let by_parameters = found.split_off(along.len());
+        let memory = of.names.len() - of.asked.states.len();
+        let idle = Column::zero([of.asked.states.len(), memory, of.outputs.len()]);
+        let mut columns = vec![Some(idle); first_parameter];
+        acting.into_iter().zip(found).for_each(|(place, column)| columns[place] = column);
+        columns.extend(by_parameters);
+        Ok(Some(columns))
     }
 
     /// Columns in as many directions as a run has, of each of which a set varies; at the end the memory has numbers that are looked up

@@ -50,14 +50,15 @@ pub struct Column {
 }
 
 impl Column {
+    /// The column of what acts on nothing, by the numbers of states, of numbers of the memory and of outputs.
+    pub(crate) fn zero([states, memory, outputs]: [usize; 3]) -> Self {
+        Self { states: vec![0.0; states], memory: vec![0.0; memory], outputs: Ok(vec![0.0; outputs]) }
+    }
+
     /// The columns of several things that vary together, each with a slope of its own, if all that comes out is 0 or one of these slopes.
     pub(crate) fn each(&self, own: impl ExactSizeIterator<Item = f64>) -> Option<Vec<Self>> {
         let Self { states, memory, outputs: Ok(outputs) } = self else { return None };
-        let nothing = Self {
-            states: vec![0.0; states.len()],
-            memory: vec![0.0; memory.len()],
-            outputs: Ok(vec![0.0; outputs.len()]),
-        };
+        let nothing = Self::zero([states.len(), memory.len(), outputs.len()]);
         let mut each = vec![nothing; own.len()];
         let places: BTreeMap<u64, usize> = own.map(f64::to_bits).zip(0..).collect();
         let rows = |column: &mut Self, row: usize| {

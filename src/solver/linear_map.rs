@@ -29,14 +29,18 @@ pub struct LinearMap<const N: usize> {
 }
 
 impl<const N: usize> LinearMap<N> {
-    /// The map of no time at all.
-    pub fn identity(others: usize) -> Self {
-        let mut states = [[0.0; N]; N];
-        (0..N).for_each(|i| states[i][i] = 1.0);
-        Self { states, others: vec![[0.0; N]; others] }
+    fn zero(others: usize) -> Self {
+        Self { states: [[0.0; N]; N], others: vec![[0.0; N]; others] }
     }
 
-    /// The maps of orders 4 and 6 over a stretch in s, from the coefficients at its [`NODES`].
+    /// The map of no time at all.
+    pub fn identity(others: usize) -> Self {
+        let mut map = Self::zero(others);
+        (0..N).for_each(|i| map.states[i][i] = 1.0);
+        map
+    }
+
+    /// The map of order 6 over a stretch in s, from the coefficients at its [`NODES`], and about what that of order 4 lacks.
     pub fn of_stretch(nodes: &[Self; 3], h: f64) -> [Self; 2] {
         let active = Active::of(nodes);
         // Of a few sizes, of which each is compiled.
@@ -53,18 +57,7 @@ impl<const N: usize> LinearMap<N> {
         self.states.iter().chain(&self.others).map(|column| largest(*column))
     }
 
-    /// The largest distance between columns of this map and of another one, relative to a size of each column; the columns of states come
-    /// first.
-    pub fn distance(&self, other: &Self, sizes: &[f64]) -> f64 {
-        let columns = self.states.iter().chain(&self.others).zip(other.states.iter().chain(&other.others));
-        let apart = |((own, other), size): ((&[f64; N], &[f64; N]), &f64)| {
-            let distance = largest(array::<f64, N>(|i| own[i] - other[i]));
-            if distance > 0.0 { distance / size } else { 0.0 }
-        };
-        columns.zip(sizes).map(apart).fold(0.0, f64::max)
-    }
-
-    /// This map after another one.
+    /// This map after another one; also a change of such a map.
     pub fn after(&self, before: &Self) -> Self {
         let others = before.others.iter().zip(&self.others);
         let sum = |(before, own): (&[f64; N], &[f64; N])| {
@@ -119,8 +112,13 @@ impl Active {
     /// [`LinearMap::of_stretch`] in at most as many active states.
     fn of_stretch<const R: usize, const N: usize>(&self, nodes: &[LinearMap<N>; 3], h: f64) -> [LinearMap<N>; 2] {
         let [first, middle, last] = nodes.each_ref().map(|node| self.part::<R, N>(node));
-        let logarithms = Matrix::logarithms([&first, &middle, &last], h);
-        logarithms.map(|logarithm| self.whole(&logarithm.exponential(), nodes[0].others.len()))
+        let (six, lacking) = Matrix::logarithm([&first, &middle, &last], h);
+        let map = six.exponential();
+        // The derivative of an exponential is an integral over a way, of which these are the ends: at one of them what decays is there.
+        let lacking = Matrix::sum(&[(0.5, &lacking.times(&map, 1.0)), (0.5, &map.times(&lacking, 0.0))]);
+        let others = nodes[0].others.len();
+        [(map, LinearMap::identity(others)), (lacking, LinearMap::zero(others))]
+            .map(|(part, whole)| self.put_into(whole, &part))
     }
 
     fn part<const R: usize, const N: usize>(&self, whole: &LinearMap<N>) -> Matrix<R> {
@@ -130,8 +128,7 @@ impl Active {
         Matrix { states: self.states.len(), columns: columns.map(part).collect() }
     }
 
-    fn whole<const R: usize, const N: usize>(&self, part: &Matrix<R>, others: usize) -> LinearMap<N> {
-        let mut whole = LinearMap::identity(others);
+    fn put_into<const R: usize, const N: usize>(&self, mut whole: LinearMap<N>, part: &Matrix<R>) -> LinearMap<N> {
         let fill = |slots: &mut [f64; N], column: &[f64; R]| {
             self.states.iter().zip(column).for_each(|(row, entry)| slots[*row] = *entry);
         };
@@ -150,8 +147,8 @@ struct Matrix<const R: usize> {
 }
 
 impl<const R: usize> Matrix<R> {
-    /// The logarithm of the map over a stretch in s, from the coefficients at its nodes, of orders 4 and 6.
-    fn logarithms([first, middle, last]: [&Self; 3], h: f64) -> [Self; 2] {
+    /// The logarithm of order 6 of the map over a stretch in s, from the coefficients at its nodes, and what that of order 4 lacks.
+    fn logarithm([first, middle, last]: [&Self; 3], h: f64) -> (Self, Self) {
         let root = f64::sqrt(15.0);
         let constant = Self::sum(&[(h, middle)]);
         let linear = Self::sum(&[(root * h / 3.0, last), (-root * h / 3.0, first)]);
@@ -160,9 +157,9 @@ impl<const R: usize> Matrix<R> {
         let twist = constant.commutator(&Self::sum(&[(2.0, &quadratic), (1.0, &turn)]));
         let left = Self::sum(&[(-20.0, &constant), (-1.0, &quadratic), (1.0, &turn)]);
         let right = Self::sum(&[(1.0, &linear), (-1.0 / 60.0, &twist)]);
-        let six = Self::sum(&[(1.0, &constant), (1.0 / 12.0, &quadratic), (1.0 / 240.0, &left.commutator(&right))]);
-        let four = Self::sum(&[(1.0, &constant), (1.0 / 12.0, &quadratic), (-1.0 / 12.0, &turn)]);
-        [four, six]
+        let bend = left.commutator(&right);
+        let six = Self::sum(&[(1.0, &constant), (1.0 / 12.0, &quadratic), (1.0 / 240.0, &bend)]);
+        (six, Self::sum(&[(1.0 / 240.0, &bend), (1.0 / 12.0, &turn)]))
     }
 
     fn sum(terms: &[(f64, &Self)]) -> Self {
@@ -246,14 +243,14 @@ mod tests {
     fn exponential_of_an_oscillation_is_the_oscillation() {
         for (k, h) in [(4.0, 0.1), (4.0, 3.0), (1e4, 0.2)] {
             let at = LinearMap { states: [[0.0, -k], [1.0, 0.0]], others: vec![[0.0, 1.0]] };
-            let [four, map] = LinearMap::of_stretch(&[at.clone(), at.clone(), at], h);
+            let [map, lacking] = LinearMap::of_stretch(&[at.clone(), at.clone(), at], h);
             let w = f64::sqrt(k);
             let [sine, cosine] = [(w * h).sin(), (w * h).cos()];
             let expected = [cosine, -w * sine, sine / w, cosine, (1.0 - cosine) / k, sine / w];
             for (entry, expected) in map.states.iter().chain(&map.others).flatten().zip(expected) {
                 assert!((entry - expected).abs() < 1e-10 * w, "k = {k}, h = {h}: {entry}, not {expected}");
             }
-            assert_eq!(four, map);
+            assert_eq!(lacking, LinearMap::zero(1));
         }
     }
 
@@ -261,7 +258,7 @@ mod tests {
     #[test]
     fn equation_of_one_state_is_solved() {
         let at = |t: f64| LinearMap { states: [[-2.0 * t]], others: vec![[2.0 * t]] };
-        let over = |from: f64, h: f64| LinearMap::of_stretch(&NODES.map(|node| at(from + node * h)), h)[1].clone();
+        let over = |from: f64, h: f64| LinearMap::of_stretch(&NODES.map(|node| at(from + node * h)), h)[0].clone();
         let (whole, parts) = (over(0.0, 1.0), over(0.25, 0.75).after(&over(0.0, 0.25)));
         let expected = [(-1.0f64).exp(), 1.0 - (-1.0f64).exp()];
         for map in [whole, parts] {
@@ -277,12 +274,13 @@ mod tests {
         let at = |t: f64| LinearMap { states: [[0.0, t], [1.0, 0.0]], others: vec![] };
         let over = |parts: usize| {
             let h = 2.0 / parts as f64;
-            let [mut low, mut all] = [LinearMap::identity(0), LinearMap::identity(0)];
+            let (mut all, mut error) = (LinearMap::identity(0), 0.0);
             for part in 0..parts {
-                let [four, six] = LinearMap::of_stretch(&NODES.map(|node| at((part as f64 + node) * h)), h);
-                [low, all] = [four.after(&low), six.after(&all)];
+                let [map, lacking] = LinearMap::of_stretch(&NODES.map(|node| at((part as f64 + node) * h)), h);
+                error += lacking.after(&all).sizes().fold(0.0, f64::max);
+                all = map.after(&all);
             }
-            (all.states, all.distance(&low, &[1.0; 2]))
+            (all.states, error)
         };
         let ((coarse, estimate), (fine, _), (exact, _)) = (over(4), over(8), over(256));
         let distance = |one: [[f64; 2]; 2]| {

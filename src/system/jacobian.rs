@@ -66,7 +66,7 @@ pub fn jacobian_by_couplings<E: System<U>, S: Varying, const N: usize, const U: 
     derivatives
 }
 
-/// The derivatives of the rates by the inputs, column by column, as [`jacobian_by_duals`] has them by the states.
+/// The derivatives of the rates by some inputs, column by column, as [`jacobian_by_duals`] has them by the states.
 #[cfg(feature = "sensitivities")]
 pub fn rates_by_inputs<E: System<U>, S: Varying, const N: usize, const U: usize>(
     equations: &E,
@@ -74,19 +74,15 @@ pub fn rates_by_inputs<E: System<U>, S: Varying, const N: usize, const U: usize>
     x: &[f64; N],
     u: &[f64; U],
     memory: &E::Memory<S>,
-) -> [[f64; N]; U] {
-    let mut columns = [[0.0; N]; U];
+    inputs: &[usize],
+) -> Vec<[f64; N]> {
+    let mut columns = Vec::with_capacity(inputs.len());
     let (time, x) = (Dual::constant(time), x.map(Dual::constant));
-    for first in (0..U).step_by(DIRECTIONS) {
+    for some in inputs.chunks(DIRECTIONS) {
         let mut seeded = u.map(Dual::<DIRECTIONS, S>::constant);
-        for (direction, input) in seeded[first..].iter_mut().take(DIRECTIONS).enumerate() {
-            input.slope[direction] = 1.0;
-        }
-        for (row, rate) in equations.derivatives(time, &x, &seeded, memory).iter().enumerate() {
-            for (column, slope) in (first..U).zip(rate.slope) {
-                columns[column][row] = slope;
-            }
-        }
+        some.iter().enumerate().for_each(|(direction, input)| seeded[*input].slope[direction] = 1.0);
+        let rates = equations.derivatives(time, &x, &seeded, memory);
+        columns.extend((0..some.len()).map(|direction| rates.each_ref().map(|rate| rate.slope[direction])));
     }
     columns
 }

@@ -8,8 +8,8 @@ use crate::solver::linear_map::{LinearMap, NODES};
 use crate::solver::{array, numbers, values};
 use crate::system::{System, rates_by_inputs};
 
-/// The largest error of a map over a stretch, relative to the largest numbers that its columns have had: that of order 4, where the map
-/// has order 6.
+/// The largest error over a stretch, relative to the largest numbers that the columns have had: what a map of order 4 lacks, where this
+/// one has order 6.
 const ACCURACY: f64 = 1e-6;
 /// The most stretches that are tried in a step.
 const TRIES: u32 = 64;
@@ -42,6 +42,9 @@ pub struct Variation<'a, H: System<U>, const U: usize> {
     /// How many of the directions are used.
     pub directions: usize,
 }
+
+/// Places of the inputs that act on something, and what else varies.
+type Others<'a, 'v, H, const U: usize> = (&'a [usize], &'a [Variation<'v, H, U>]);
 
 /// A map as far as it has come along a trail.
 struct Way<const N: usize> {
@@ -94,13 +97,18 @@ impl<H: System<U>, const N: usize, const U: usize> Run<H, N, U> {
             || !self.system.rounded().is_empty()
     }
 
-    /// The map along a trail over which the memory has been the present one: of the states, and of inhomogeneities, which are the inputs
+    /// The map along a trail over which the memory has been the present one: of the states, and of inhomogeneities, which are some inputs
     /// and, behind them, what else varies; in SI units. Nothing where the path has a kink or is too rough.
-    pub fn map_along(&self, trail: &Trail<H::Memory<Real>, N>, others: &[Variation<H, U>]) -> Option<LinearMap<N>> {
+    pub fn map_along(
+        &self,
+        trail: &Trail<H::Memory<Real>, N>,
+        inputs: &[usize],
+        others: &[Variation<H, U>],
+    ) -> Option<LinearMap<N>> {
         if !self.settings.is_adaptive() {
             return None;
         }
-        let directions = U + others.iter().map(|it| it.directions).sum::<usize>();
+        let directions = inputs.len() + others.iter().map(|it| it.directions).sum::<usize>();
         let map = LinearMap::identity(directions);
         let mut way = Way { sizes: map.sizes().collect(), map, stretch: f64::INFINITY };
         for pair in trail.points.windows(2) {
@@ -115,7 +123,7 @@ impl<H: System<U>, const N: usize, const U: usize> Run<H, N, U> {
             };
             let [start_slope, end_slope] = [slope(*time, start), slope(*end_time, end)];
             let path = Hermite { start, start_slope: &start_slope, end, end_slope: &end_slope, h: end_time - time };
-            self.go_along(&path, *time, others, &mut way)?;
+            self.go_along(&path, *time, (inputs, others), &mut way)?;
         }
         let (mut map, scales) = (way.map, &self.scales);
         for (column, scale) in map.states.iter_mut().zip(scales) {
@@ -129,7 +137,7 @@ impl<H: System<U>, const N: usize, const U: usize> Run<H, N, U> {
 
     /// Goes on over a step, in stretches of about the length that has been accurate before. States and inhomogeneities
     /// are relative to the magnitudes of the states.
-    fn go_along(&self, path: &Hermite<N>, time: f64, others: &[Variation<H, U>], way: &mut Way<N>) -> Option<()> {
+    fn go_along(&self, path: &Hermite<N>, time: f64, others: Others<H, U>, way: &mut Way<N>) -> Option<()> {
         let mut from = 0.0;
         for _ in 0..TRIES {
             // In stretches of one length, the last of which ends with the step.
@@ -138,17 +146,18 @@ impl<H: System<U>, const N: usize, const U: usize> Run<H, N, U> {
             let at = |node: f64| self.coefficients(path, time, from + node * length, others);
             let [first, middle, last] = NODES.map(at);
             let maps = LinearMap::of_stretch(&[first?, middle?, last?], length * path.h);
-            let [four, six] = maps.map(|part| part.after(&way.map));
-            let sizes: Vec<f64> = way.sizes.iter().zip(six.sizes()).map(|(before, here)| before.max(here)).collect();
-            let error = six.distance(&four, &sizes);
-            if !error.is_finite() {
+            let [map, lacking] = maps.map(|part| part.after(&way.map));
+            let sizes: Vec<f64> = way.sizes.iter().zip(map.sizes()).map(|(before, here)| before.max(here)).collect();
+            let relative = |(lacking, size): (f64, &f64)| if lacking > 0.0 { lacking / size } else { 0.0 };
+            let error = lacking.sizes().zip(&sizes).map(relative).fold(0.0, f64::max);
+            if !error.is_finite() || sizes.iter().any(|size| size.is_infinite()) {
                 return None;
             }
             // The error is of order 5 in the length.
             let change = (SAFETY * libm::pow(ACCURACY / error, 0.2)).clamp(SHORTEST, LONGEST);
             way.stretch = length * path.h * change;
             if error <= ACCURACY {
-                (way.map, way.sizes) = (six, sizes);
+                (way.map, way.sizes) = (map, sizes);
                 if parts == 1.0 {
                     return Some(());
                 }
@@ -159,7 +168,13 @@ impl<H: System<U>, const N: usize, const U: usize> Run<H, N, U> {
     }
 
     /// The coefficients at a fraction of a step; nothing where the path strays from the equations.
-    fn coefficients(&self, path: &Hermite<N>, time: f64, at: f64, others: &[Variation<H, U>]) -> Option<LinearMap<N>> {
+    fn coefficients(
+        &self,
+        path: &Hermite<N>,
+        time: f64,
+        at: f64,
+        (inputs, others): Others<H, U>,
+    ) -> Option<LinearMap<N>> {
         let (x, time) = (self.between(path, at), time + at * path.h);
         let u = values(&self.inputs.at(time));
         let mut states = [[0.0; N]; N];
@@ -169,7 +184,7 @@ impl<H: System<U>, const N: usize, const U: usize> Run<H, N, U> {
         if (H::CLOSED_FORM..N).any(strays) {
             return None;
         }
-        let mut columns = rates_by_inputs(&self.system, time, &x, &u, &self.memory).to_vec();
+        let mut columns = rates_by_inputs(&self.system, time, &x, &u, &self.memory, inputs);
         for Variation { system, memory, directions } in others {
             let rates = system.derivatives(Tangent::still(time), &numbers(&x), &numbers(&u), memory);
             columns.extend((0..*directions).map(|direction| array::<f64, N>(|i| rates[i].slopes[direction])));
