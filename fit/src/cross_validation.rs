@@ -265,7 +265,8 @@ fn predicted(
         crossing(below, level, least - reach, most + reach)
     });
     let rows: Vec<_> = levels.iter().map(|one| one.derivatives.row(0) / one.size.sqrt()).collect();
-    let is_told = rows.len() > DMatrix::from_rows(&rows).rank(TOLD);
+    let told = Singular::of(&DMatrix::from_rows(&rows)).values.into_iter().filter(|value| *value > TOLD).count();
+    let is_told = rows.len() > told;
     let mut below = 0.0;
     let half = shares.iter().position(|share| {
         below += share;

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import re
 import subprocess
@@ -81,6 +82,18 @@ def test_wheel_is_for_every_python_and_every_linux(wheel: Path, fmus: Path) -> N
         packed = {file: archive.read(f"pneumatic_servo/fmu_files/{file.name}") for file in files}
     # A comparison of megabytes within an assertion would look for their differences for hours.
     assert packed and not [file.name for file, content in packed.items() if content != file.read_bytes()]
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="reads an ELF file")
+def test_wheel_takes_no_function_from_the_mathematics_of_the_system(wheel: Path, tmp_path: Path) -> None:
+    """Their last bits differ from one system to the next; nalgebra's singular values take `hypot`."""
+    with zipfile.ZipFile(wheel) as archive:
+        extension = archive.extract("pneumatic_servo/_native.abi3.so", tmp_path)
+    listed = subprocess.run(
+        ["nm", "--dynamic", "--undefined-only", extension], check=True, capture_output=True, text=True
+    )
+    taken = {line.split()[-1].partition("@")[0] for line in listed.stdout.splitlines()}
+    assert "malloc" in taken and not taken & {name + kind for name in dir(math) for kind in ("", "f")}
 
 
 def test_wheel_runs_in_a_fresh_environment_without_rust(wheel: Path, tmp_path: Path) -> None:
