@@ -29,6 +29,7 @@ class Description(TypedDict):
     derivative_of: str | None
     meaning: str | None
     counts_for: tuple[str, str] | None
+    follows: tuple[str, bool] | None
     plausible: tuple[float, float] | None
     is_conditional: bool
     text: str
@@ -82,6 +83,9 @@ class Variable:
         Meaning of a parameter of a friction law, independent of its name: ``static friction``, for example.
     counts_for : tuple of str, or None
         The enumeration and the item for which alone a parameter counts: ``("friction.law", "LuGre")``.
+    follows : tuple of str and bool, or None
+        The parameter that the default follows where both do not fit together, and whether in the proportion of their
+        defaults: ``("cylinder.stroke", True)``.
     is_conditional : bool
         Whether it counts under conditions only: for an item, or with another parameter, as its text says.
     plausible : tuple of float, or None
@@ -110,6 +114,7 @@ class Variable:
     text: str
     meaning: str | None = None
     counts_for: tuple[str, str] | None = None
+    follows: tuple[str, bool] | None = None
     is_conditional: bool = False
     plausible: tuple[float, float] | None = None
 
@@ -140,6 +145,7 @@ class Variable:
             text=description["text"],
             meaning=description["meaning"],
             counts_for=description["counts_for"],
+            follows=description["follows"],
             is_conditional=description["is_conditional"],
             plausible=description["plausible"],
         )
@@ -180,6 +186,7 @@ class Variables(Mapping[str, Variable]):
 
     def __init__(self, variables: Iterable[Variable]) -> None:
         self._variables = {variable.name: variable for variable in variables}
+        self.leaders = frozenset(own.follows[0] for own in self._variables.values() if own.follows)
 
     def __getitem__(self, name: str) -> Variable:
         if name not in self._variables:

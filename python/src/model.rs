@@ -1,7 +1,7 @@
 //! Models and their variables.
 
 use pneumatic_servo::model;
-use pneumatic_servo::variables::{self, Kind, Meaning, Role, Variable};
+use pneumatic_servo::variables::{self, Following, Kind, Meaning, Role, Variable};
 use pyo3::prelude::*;
 
 use crate::failure::{refused, refused_value};
@@ -55,6 +55,8 @@ struct Description {
     meaning: Option<&'static str>,
     /// The enumeration parameter and its item for which alone a parameter counts.
     counts_for: Option<(&'static str, &'static str)>,
+    /// The parameter that its default follows where it does not fit that, and whether in the proportion of both defaults.
+    follows: Option<(&'static str, bool)>,
     /// Range of the values that rigs have.
     plausible: Option<(f64, f64)>,
     /// Whether it counts under conditions only.
@@ -153,6 +155,7 @@ impl Model {
                 .counts_for
                 .and_then(|case| table.case(case))
                 .map(|(choice, item)| (choice.name.as_str(), item)),
+            follows: table.leader(variable).map(|(leader, how)| (leader.name.as_str(), how == Following::InProportion)),
             plausible: variable.plausible.map(|[low, high]| (low, high)),
             is_conditional: variable.is_conditional(),
             text: &variable.description,

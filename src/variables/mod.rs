@@ -84,6 +84,15 @@ pub struct Case {
     pub item: i32,
 }
 
+/// How the default of a parameter follows the value of another one, where it does not fit that.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Following {
+    /// It becomes this value.
+    Whole,
+    /// In the proportion of both defaults.
+    InProportion,
+}
+
 /// Meaning of a parameter for a model that would know it by its name otherwise: one that knows the friction of its contact
 /// itself, for example.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -148,6 +157,8 @@ pub struct Variable {
     pub counts_for: Option<Case>,
     /// Conditions that must all hold for it to have an effect; of a computed variable, to be anything but 0.
     pub counts_where: Vec<Condition>,
+    /// Name of the parameter that its default follows, and how.
+    pub follows: Option<(String, Following)>,
     /// Meaning of a parameter, independent of its name.
     pub meaning: Option<Meaning>,
     /// Whether equations hold a parameter as a number that they can be differentiated by.
@@ -178,6 +189,7 @@ impl Variable {
             chooses: None,
             counts_for: None,
             counts_where: Vec::new(),
+            follows: None,
             meaning: None,
             varies: true,
             absent_at_zero: false,
@@ -188,6 +200,11 @@ impl Variable {
     /// The same with a meaning.
     pub fn meaning(self, meaning: Meaning) -> Self {
         Self { meaning: Some(meaning), ..self }
+    }
+
+    /// The same, for a parameter whose default follows the value of another one of the group, where it does not fit that.
+    pub fn follows(self, leader: &str, how: Following) -> Self {
+        Self { follows: Some((leader.to_owned(), how)), ..self }
     }
 
     /// The same, for a parameter that counts only while an enumeration parameter has chosen an item.
@@ -371,13 +388,14 @@ impl Variable {
     }
 
     /// Puts the variable into a group: `group.name`, with its value reference and the reference of the choice for which it counts,
-    /// counted from `base`; its conditions are about parameters of the group.
+    /// counted from `base`; its conditions and what it follows are parameters of the group.
     pub fn within(self, group: &str, base: u32) -> Self {
         let counts_for =
             self.counts_for.map(|case| Case { reference: base.saturating_add(case.reference), item: case.item });
         let (name, reference) = (format!("{group}.{}", self.name), base.saturating_add(self.reference));
         let counts_where = self.counts_where.into_iter().map(|condition| condition.within(group)).collect();
-        Self { name, reference, counts_for, counts_where, ..self }
+        let follows = self.follows.map(|(leader, how)| (format!("{group}.{leader}"), how));
+        Self { name, reference, counts_for, counts_where, follows, ..self }
     }
 
     /// Whether the variable may be set at all.

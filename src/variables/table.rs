@@ -3,7 +3,7 @@
 use std::iter;
 use std::ops::Deref;
 
-use super::{Case, Condition, Enumeration, Kind, Meaning, ParameterError, Role, Tunable, Variable, array};
+use super::{Case, Condition, Enumeration, Following, Kind, Meaning, ParameterError, Role, Tunable, Variable, array};
 use crate::numbers::{STILL, Slopes};
 
 /// The place of a value among the values of its kind, in the order of the table.
@@ -302,6 +302,18 @@ impl Table {
         references.sort_unstable();
         references.dedup();
         references
+    }
+
+    /// The parameter that the default of another one follows where it does not fit that, and how: the static friction of its law, for a
+    /// level of Coulomb friction.
+    pub fn leader(&self, variable: &Variable) -> Option<(&Variable, Following)> {
+        if let Some((leader, how)) = &variable.follows {
+            return Some((self.find(leader)?.variable, *how));
+        }
+        let is_leader =
+            |own: &&Variable| own.meaning == Some(Meaning::StaticFriction) && own.counts_for == variable.counts_for;
+        let is_level = variable.meaning == Some(Meaning::CoulombFriction);
+        is_level.then(|| self.iter().find(is_leader)).flatten().map(|leader| (leader, Following::InProportion))
     }
 
     /// Number of continuous states.

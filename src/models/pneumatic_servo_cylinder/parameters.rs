@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use super::motion::Motion;
 use crate::parameters;
 use crate::pneumatics::chamber::ThermalModel;
-use crate::variables::{Condition, Fixed, ParameterError, Tunable, Variable, units};
+use crate::variables::{Condition, Fixed, Following, ParameterError, Tunable, Variable, units};
 
 parameters! {
     /// The parameters of the rig; the friction law's and the solver's follow in the table.
@@ -32,9 +32,9 @@ parameters! {
             .text("Volume of a tank connected to chamber B, a cylinder twice as long as wide");
         moving_mass: Fixed = moved_by_forces(Variable::parameter(1011, "mass.moving", units::KILOGRAM, 0.88)).range(1e-5, 1e4)
             .text("Moving mass: piston, rod, load cell and carriage");
-        carriage_mass: Fixed = Variable::parameter(1012, "mass.carriage", units::KILOGRAM, 0.75).counts_where(Condition::is("motion", &[Motion::Free])).range(0.0, 1e4)
+        carriage_mass: Fixed = Variable::parameter(1012, "mass.carriage", units::KILOGRAM, 0.75).follows("mass.moving", Following::Whole).counts_where(Condition::is("motion", &[Motion::Free])).range(0.0, 1e4)
             .text("Part of the moving mass on the load's side of the load cell");
-        position0: Fixed = Variable::parameter(1013, "position0", units::METRE, 0.25).counts_where(Condition::is("motion", &[Motion::Free])).range(0.0, 10.0).shown_in("mm")
+        position0: Fixed = Variable::parameter(1013, "position0", units::METRE, 0.25).follows("cylinder.stroke", Following::InProportion).counts_where(Condition::is("motion", &[Motion::Free])).range(0.0, 10.0).shown_in("mm")
             .text("Initial position, within the stroke");
         velocity0: Fixed = Variable::parameter(1014, "velocity0", units::METRE_PER_SECOND, 0.0).counts_where(Condition::is("motion", &[Motion::Free])).range(-100.0, 100.0).plausible(-10.0, 10.0).shown_in("mm/s")
             .text("Initial velocity");
