@@ -146,15 +146,20 @@ pub fn fit(question: &Question, watch: &dyn Watch, told: &dyn Fn(f64)) -> Result
     let Some(Reached { study, fitted, best: Some(best), other_form, hidden }) = reached else {
         unreachable!("the search has ended")
     };
-    if !hidden.is_empty() {
-        let names = hidden.join(", ");
-        notes.push(format!(
-            "not identifiable at the start values: {names}; what is found may be anything; where a value is known, fix it"
-        ));
-    }
     notes.extend(study.notes.iter().cloned());
     watch.stage("intervals");
     let sure = fitted.with(&workers, |problem| certainty(problem, &best.x, Ends::Jacobian))?;
+    let is_lost = |name: &&String| {
+        let lost = fitted.parameters.iter().zip(&sure.reasons).filter(|(_, reason)| reason.is_some());
+        lost.into_iter().any(|(one, _)| one.name == **name)
+    };
+    let lost: Vec<&str> = hidden.iter().filter(is_lost).map(String::as_str).collect();
+    if !lost.is_empty() {
+        notes.push(format!(
+            "not identifiable at the start values: {}; what is found may be anything; where a value is known, fix it",
+            lost.join(", ")
+        ));
+    }
     let begun = study.begun(&fitted, &best.x);
     let whole = begun.runs();
     let point = whole.point(&best.x[..whole.parameters.len()]);

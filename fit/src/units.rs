@@ -124,13 +124,14 @@ pub static WRITTEN_UNITS: LazyLock<Vec<WrittenUnit>> = LazyLock::new(|| {
 });
 
 /// Other spellings of parts of units, and their own.
-pub const PARTS: [(&str, &str); 14] = [
+pub const PARTS: [(&str, &str); 15] = [
     (" ", ""),
     ("\u{a0}", ""),
     ("(g)", "g"),
     ("(a)", "a"),
     ("(abs)", "a"),
     ("(rel)", "g"),
+    ("(\u{fc})", "g"),
     ("\u{b5}", "u"),
     ("\u{3bc}", "u"),
     ("^", ""),
@@ -141,7 +142,7 @@ pub const PARTS: [(&str, &str); 14] = [
     ("*", "."),
 ];
 /// Other spellings of whole units, and their own.
-pub const WHOLE: [(&str, &str); 15] = [
+pub const WHOLE: [(&str, &str); 20] = [
     ("Nm", "N.m"),
     ("mNm", "mN.m"),
     ("kNm", "kN.m"),
@@ -153,11 +154,48 @@ pub const WHOLE: [(&str, &str); 15] = [
     ("L", "l"),
     ("Volt", "V"),
     ("baro", "barg"),
+    ("bar\u{fc}", "barg"),
     ("barabs", "bara"),
     ("m/sec2", "m/s2"),
     ("m/sec", "m/s"),
     ("1/min", "rpm"),
+    ("r/min", "rpm"),
+    ("rev/min", "rpm"),
+    ("U/min", "rpm"),
+    ("msec", "ms"),
 ];
+
+/// Units as words, in any case.
+const WORDS: [(&str, &str); 22] = [
+    ("second", "s"),
+    ("seconds", "s"),
+    ("sec", "s"),
+    ("sekunde", "s"),
+    ("sekunden", "s"),
+    ("volt", "V"),
+    ("volts", "V"),
+    ("ampere", "A"),
+    ("amperes", "A"),
+    ("amp", "A"),
+    ("amps", "A"),
+    ("newton", "N"),
+    ("newtons", "N"),
+    ("pascal", "Pa"),
+    ("bars", "bar"),
+    ("meter", "m"),
+    ("meters", "m"),
+    ("metre", "m"),
+    ("metres", "m"),
+    ("millimeter", "mm"),
+    ("millimetre", "mm"),
+    ("millimeters", "mm"),
+];
+
+/// The unit that a word stands for.
+pub fn of_word(text: &str) -> Option<&'static str> {
+    let text = text.to_lowercase();
+    WORDS.iter().find(|(word, _)| *word == text).map(|(_, unit)| *unit)
+}
 
 /// Name of a unit in the table, as far as only its spelling differs.
 pub fn spelled(text: &str) -> String {
@@ -165,7 +203,8 @@ pub fn spelled(text: &str) -> String {
     let closed = |open: char, close: char| trimmed.strip_prefix(open).and_then(|rest| rest.strip_suffix(close));
     let bare = closed('[', ']').or_else(|| closed('(', ')')).unwrap_or(trimmed);
     let name = PARTS.iter().fold(bare.to_owned(), |name, (other, own)| name.replace(other, own));
-    WHOLE.iter().find(|(other, _)| *other == name).map_or(name, |(_, own)| (*own).to_owned())
+    let known = WHOLE.iter().find(|(other, _)| *other == name).map(|(_, own)| *own);
+    known.or_else(|| of_word(&name)).map_or(name, str::to_owned)
 }
 
 /// The unit of a text, of any quantity.
@@ -185,7 +224,7 @@ pub fn nearest_unit(text: &str, si: Option<&str>) -> Option<&'static str> {
     let lower = name.to_lowercase();
     let letters = lower.chars().count();
     let of = || WRITTEN_UNITS.iter().filter(|unit| si.is_none_or(|si| unit.si == si)).map(|unit| unit.name);
-    let is_same = |known: &&str| letters > 1 && known.to_lowercase() == lower;
+    let is_same = |known: &&str| known.to_lowercase() == lower;
     let is_like =
         |known: &&str| letters > 2 && known.chars().count() > 1 && is_one_apart(&known.to_lowercase(), &lower);
     of().find(is_same).or_else(|| of().find(is_like))

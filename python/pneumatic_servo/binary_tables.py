@@ -180,6 +180,7 @@ def _of_hdf5(file: Path) -> dict[str, Any]:
 
 def columns_of(found: Mapping[str, Any]) -> Iterator[tuple[str, str | None, Any]]:
     """Yield name, unit and vector of what a .mat file has: vectors, structures, and what Simulink and dSPACE write."""
+    matrices = [name for name, value in found.items() if _is_matrix(value)]
     for name, value in found.items():
         if isinstance(value, Mapping):
             prefix = "" if len(found) == 1 else f"{name}."
@@ -187,11 +188,18 @@ def columns_of(found: Mapping[str, Any]) -> Iterator[tuple[str, str | None, Any]
                 yield f"{prefix}{own}", unit, column
         elif np.ndim(value) == 1 and np.asarray(value).dtype.kind in "fiubmM":
             yield name, None, np.asarray(value)
-        elif np.ndim(value) == 2 and len(found) == 1 and np.asarray(value).dtype.kind in "fiub":
+        elif name in matrices:
             # To File writes a row for each signal, the first one has the times.
             rows = np.asarray(value) if np.shape(value)[0] < np.shape(value)[1] else np.asarray(value).T
+            is_alone = len(matrices) == 1 and not any(np.ndim(own) == 1 for own in found.values())
             for number, row in enumerate(rows, start=1):
-                yield str(number), None, row
+                yield str(number) if is_alone else f"{name} {number}", None, row
+
+
+def _is_matrix(value: Any) -> bool:
+    return (
+        not isinstance(value, Mapping | list | str) and np.ndim(value) == 2 and np.asarray(value).dtype.kind in "fiub"
+    )
 
 
 def _of_structure(value: Mapping[str, Any]) -> Iterator[tuple[str, str | None, Any]]:

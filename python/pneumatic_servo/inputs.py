@@ -20,7 +20,7 @@ from pneumatic_servo.grid import Grid
 from pneumatic_servo.names import did_you_mean
 from pneumatic_servo.plant_warnings import warn_ends, warn_saturation
 from pneumatic_servo.run import Run, between_rows, held_from
-from pneumatic_servo.tables import is_counted, numbers, read_table, table_of
+from pneumatic_servo.tables import is_counted, numbers, of_arrays, read_table, table_of
 from pneumatic_servo.units import in_unit, is_quantity, magnitude, to_si
 from pneumatic_servo.variables import Value, Variable, Variables
 
@@ -59,6 +59,8 @@ def inputs_of(
         table = read_table(given)
     elif not isinstance(given, Run):
         table = table_of(given, "the DataFrame")
+    if table is None and columns is not None and isinstance(given, Mapping):
+        table = of_arrays(Path("the inputs"), given)
     if table is not None:
         return of_table(variables, table, columns, begin)[0]
     if columns is not None:

@@ -5,11 +5,12 @@ A column that is no numbers is refused when somebody asks for it.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from datetime import timedelta
 from pathlib import Path
 from typing import Any
+from zipfile import BadZipFile
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +21,7 @@ from pneumatic_servo.errors import MissingPackage
 from pneumatic_servo.files import text_bytes
 from pneumatic_servo.numerals import finite
 from pneumatic_servo.run import Run
+from pneumatic_servo.units import is_quantity
 
 Array = NDArray[np.float64]
 
@@ -37,15 +39,34 @@ def read_table(file: str | Path, encoding: str | None = None) -> Table:
     if suffix == ".mat":
         return _of_mat(file)
     if suffix == ".npz":
-        with np.load(file) as arrays:
-            return _of_columns(file, list(arrays), [arrays[name] for name in arrays])
+        return of_arrays(file, _loaded(file))
     if suffix == ".npy":
-        return _of_structured(file, np.load(file))
+        return _of_structured(file, _loaded(file))
     if suffix == ".tdms":
         return binary_tables.of_tdms(file).table(file)
     if suffix in (".mf4", ".mdf"):
         return binary_tables.of_mdf(file).table(file)
     return read_text(file, encoding)
+
+
+def _loaded(file: Path) -> Any:
+    """Return the array of a file of NumPy, or all by name."""
+    try:
+        found = np.load(file)
+        return found if isinstance(found, np.ndarray) else dict(found)
+    except (ValueError, OSError, EOFError, BadZipFile):
+        raise ValueError(f"{file}: it is damaged, or has Python objects; save arrays of numbers") from None
+
+
+def of_arrays(file: Path, arrays: Mapping[str, Any]) -> Table:
+    """Return the table of arrays by their names, or of one matrix."""
+    for name, array in arrays.items():
+        if is_quantity(array):
+            raise ValueError(f"{file}, {name}: it has a unit of its own; give numbers, and their unit behind the name")
+    found = [np.asarray(array) for array in arrays.values()]
+    if len(found) == 1 and found[0].ndim == 2:
+        return _of_structured(file, found[0])
+    return _of_columns(file, [str(name) for name in arrays], found)
 
 
 def read_text(file: Path, encoding: str | None = None) -> Table:
@@ -60,15 +81,28 @@ def table_of(source: Any, name: str) -> Table | None:
     """Return the table of a DataFrame, of what becomes one (polars, pyarrow, xarray), or of a structured array."""
     if hasattr(source, "columns") and hasattr(source, "iloc"):
         return of_frame(source, Path(name))
-    if type(source).__module__.partition(".")[0] == "polars" and hasattr(source, "columns"):
+    is_polars = type(source).__module__.partition(".")[0] == "polars"
+    if is_polars and hasattr(source, "collect"):
+        source = source.collect()
+    if is_polars and hasattr(source, "columns"):
         # Its own conversion needs pyarrow.
         return _of_columns(Path(name), list(source.columns), [source[column].to_numpy() for column in source.columns])
     if isinstance(source, np.ndarray) and source.dtype.names:
         return _of_structured(Path(name), source)
     if hasattr(source, "to_pandas"):
         frame = source.to_pandas()
-        return of_frame(frame if hasattr(frame, "columns") else frame.to_frame(), Path(name))
+        table = of_frame(frame if hasattr(frame, "columns") else frame.to_frame(), Path(name))
+        told = _units_of(source)
+        return replace(table, units=[own or told.get(of) for of, own in zip(table.header, table.units, strict=True)])
     return None
+
+
+def _units_of(source: Any) -> dict[str, str]:
+    """Return the units that the variables of xarray have as attributes."""
+    if not hasattr(source, "coords"):
+        return {}
+    variables = source.variables if hasattr(source, "data_vars") else {source.name: source, **source.coords}
+    return {str(name): str(own.attrs["units"]) for name, own in variables.items() if own.attrs.get("units")}
 
 
 def _of_structured(file: Path, array: NDArray[Any]) -> Table:
@@ -164,6 +198,7 @@ def _of_mat(file: Path) -> Table:
 
 def _of_columns(file: Path, header: list[str], columns: Sequence[NDArray[Any]]) -> Table:
     names, units = _native.names_and_units(header)
+    columns = [np.atleast_1d(column) for column in columns]
     lengths = [len(values) for values in columns]
     # A vector of another length is refused where somebody asks for it.
     usual = max(lengths, key=lengths.count, default=0)
@@ -174,6 +209,9 @@ def _of_columns(file: Path, header: list[str], columns: Sequence[NDArray[Any]]) 
     for at, column in enumerate(columns):
         if len(column) != usual:
             faults[at] = f"{file}, column {at + 1} ({names[at]}): it has {len(column)} values, others have {usual}"
+            continue
+        if column.ndim > 1:
+            faults[at] = f"{file}, column {at + 1} ({names[at]}): it has the shape {column.shape}; a column is a vector"
             continue
         try:
             values[:, at] = _column(file, at + 1, names[at], column)

@@ -156,4 +156,6 @@ def test_all_that_the_data_do_not_tell_is_named() -> None:
         "not identifiable at the start values: area, spring; what is found may be anything; where a value is known, "
         "give it by settings"
     )
-    assert watch.notes == said == [text]
+    assert said == watch.still_hidden() == [text]
+    assert watch.notes == watch.still_hidden({}) == []
+    assert "spring" not in watch.still_hidden(["area"])[0]

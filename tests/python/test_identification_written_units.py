@@ -108,8 +108,11 @@ def test_quantities_of_any_package_are_converted(names: tuple[str, str]) -> None
     [
         ("0.000;101,131\n0.001;101,132\n", None),
         ("0.5;1,250\n0.6;0,5\n", None),
+        ("0,0;601.325\n0,5;601.326\n", None),
+        ("0,5;999,9\n1,5;1.014\n", None),
         ("0,000;101,131\n0,001;101,132\n", 101.131),
         ("0.001;0,5\n0.002;0,6\n", 0.5),
+        ("0,1;0.5\n0,2;1.125\n", 0.5),
         ("1;2\n" * 30 + "31;2,5\n", 2.0),
     ],
 )
@@ -122,3 +125,60 @@ def test_commas_that_may_separate_thousands_are_refused(tmp_path: Path, rows: st
     with pytest.raises(ValueError, match="thousands") as refused:
         read_text(file)
     assert "column 1 (t)" in str(refused.value) and "column 2 (p)" in str(refused.value)
+
+
+@pytest.mark.parametrize("rows", ["0;601,325\n1;601,326\n", '0,"1,234"\n1,"1,235"\n'])
+def test_marks_that_nothing_explains_are_refused(tmp_path: Path, rows: str) -> None:
+    file = tmp_path / "record.csv"
+    file.write_text(("t,p\n" if '"' in rows else "t;p\n") + rows)
+    with pytest.raises(ValueError, match=r"record.csv:2, column 2 \(p\).*no other number tells; write a decimal point"):
+        read_text(file)
+
+
+@pytest.mark.parametrize(("mark", "separator"), [(".", ";"), (".", ","), (",", ";")])
+def test_column_with_marks_before_thousands_alone_is_refused(tmp_path: Path, mark: str, separator: str) -> None:
+    """Numbers below 1000 have none; a 0 tells nothing."""
+    file = tmp_path / "record.csv"
+
+    def rows(*cells: str) -> str:
+        return "".join(f"0{mark}5{separator}{cell}\n" for cell in cells)
+
+    file.write_text(f"t{separator}p\n" + rows("998", "999", f"1{mark}000", f"1{mark}001"))
+    with pytest.raises(ValueError, match=r"the mark of '1.000' may separate thousands, since '998' .*has none"):
+        read_text(file).in_si(1, "N", "N")
+    file.write_text(f"t{separator}p\n" + rows("0", "0", f"1{mark}125", f"1{mark}250"))
+    assert read_text(file).in_si(1, "N", "N")[-1] == 1.25
+    file.write_text(f"t{separator}p\n" + rows("999", f"1{mark}000", f"1{mark}5"))
+    assert read_text(file).in_si(1, "N", "N")[-1] == 1.5
+
+
+def test_letters_in_brackets_are_units_but_for_chambers(tmp_path: Path) -> None:
+    file = tmp_path / "record.csv"
+    for unit, near in (("H", "h"), ("v", "V")):
+        file.write_text(f"x [{unit}],F [N]\n0,1\n1,2\n")
+        table = read_text(file)
+        assert (table.names[0], table.units[0]) == ("x", unit)
+        with pytest.raises(ValueError, match=f"the unit {unit} is refused; did you mean {near}"):
+            table.in_si(0, unit, "s" if near == "h" else "V")
+    file.write_text("p [B],F [N]\n0,1\n1,2\n")
+    assert read_text(file).names[0] == "p [B]"
+
+
+@pytest.mark.parametrize(
+    ("written", "own"),
+    [
+        ("bar\u00fc", "barg"),
+        ("bar(\u00fc)", "barg"),
+        ("r/min", "rpm"),
+        ("U/min", "rpm"),
+        ("msec", "ms"),
+        ("Volts", "V"),
+    ],
+)
+def test_spellings_of_units_are_known(tmp_path: Path, written: str, own: str) -> None:
+    file = tmp_path / "record.csv"
+    file.write_text(f"x [{written}],F [N]\n0,1\n1,2\n", encoding="utf-8")
+    si = {"barg": "Pa", "rpm": "rad/s", "ms": "s", "V": "V"}[own]
+    table = read_text(file)
+    unit = table.units[0]
+    assert unit is not None and table.in_si(0, unit, si).tolist() == table.in_si(0, own, si).tolist()

@@ -84,3 +84,13 @@ def test_wrong_columns_are_refused(tmp_path: Path, columns: str, refusal: str) -
 def test_columns_without_a_table_are_refused() -> None:
     with pytest.raises(ValueError, match="columns: these inputs are no table"):
         MODEL.simulate(inputs={"valveVoltage": 6}, columns="time=t,valveVoltage=u", **SPAN)
+
+
+def test_mapping_of_arrays_takes_columns_as_a_table_does() -> None:
+    time = np.arange(0, 1, 0.01)
+    arrays = {"t [ms]": 1e3 * time, "F": 0.02 * np.sin(6.0 * time)}
+    given = {"stop": 0.5, "step": 0.01, "outputs": ["velocity"]}
+    bench = ps.Model("FrictionBench")
+    run = bench.simulate({"bench.drive": "Free"}, inputs=arrays, columns="time=t,appliedForce=F[kN]", **given)
+    same = bench.simulate({"bench.drive": "Free"}, inputs={"appliedForce": (time, 1e3 * arrays["F"])}, **given)
+    assert np.max(np.abs(run["velocity"] - same["velocity"])) < 1e-12 < np.max(np.abs(run["velocity"]))

@@ -11,7 +11,7 @@ import pandas as pd
 import pneumatic_servo as ps
 import pytest
 from pneumatic_servo.comparison import COLUMNS
-from pneumatic_servo.tables import of_frame, read_table
+from pneumatic_servo.tables import of_frame, read_table, table_of
 from reading import check
 
 OUTPUTS = ["position", "chamberA.pressure", "sticking"]
@@ -93,3 +93,41 @@ KEPT = sorted((Path(__file__).parents[2] / "tests/fuzz/kept" / "readers").iterdi
 @pytest.mark.parametrize("kept", KEPT, ids=lambda kept: kept.name)
 def test_file_that_a_fuzzer_has_kept_is_read_or_refused(kept: Path, tmp_path: Path) -> None:
     check(kept.read_bytes(), tmp_path)
+
+
+def test_units_of_variables_of_xarray_count() -> None:
+    xarray = pytest.importorskip("xarray")
+    time = np.arange(5) * 0.001
+    data = xarray.Dataset({"F": ("t", 1.2 + time, {"units": "kN"})}, {"t": ("t", time, {"units": "s"})})
+    for source in (data, data["F"]):
+        table = table_of(source, "data")
+        assert table is not None
+        assert dict(zip(table.names, table.units, strict=True)) == {"t": "s", "F": "kN"}
+
+
+def test_arrays_of_other_shapes_are_named_and_hurt_no_others(tmp_path: Path) -> None:
+    file, time = tmp_path / "data.npz", np.arange(3.0)
+    np.savez(file, t=time, u=5.0, m=np.zeros((3, 2)))
+    table = read_table(file)
+    assert table.in_si(0, "s", "s").tolist() == time.tolist()
+    with pytest.raises(ValueError, match=r"column 2 \(u\): it has 1 values, others have 3"):
+        table.in_si(1, "V", "V")
+    with pytest.raises(ValueError, match=r"column 3 \(m\): it has the shape \(3, 2\); a column is a vector"):
+        table.in_si(2, "m", "m")
+    np.savez(file, np.column_stack([time, 2.0 * time]))
+    assert read_table(file).names == ["1", "2"]
+    for name, content in (("a.npz", b"PK damaged"), ("a.npy", b"damaged")):
+        (tmp_path / name).write_bytes(content)
+        with pytest.raises(ValueError, match=f"{name}: it is damaged, or has Python objects"):
+            read_table(tmp_path / name)
+
+
+def test_matrix_beside_other_variables_of_matlab_is_columns(tmp_path: Path) -> None:
+    savemat = pytest.importorskip("scipy.io").savemat
+    file, matrix = tmp_path / "data.mat", np.arange(10.0).reshape(5, 2)
+    savemat(file, {"data": matrix, "name": "abc"})
+    assert read_table(file).names == ["1", "2"]
+    savemat(file, {"data": matrix, "u": np.arange(5.0)})
+    table = read_table(file)
+    assert sorted(table.names) == ["data 1", "data 2", "u"]
+    assert table.values[:, table.names.index("data 2")].tolist() == matrix[:, 1].tolist()

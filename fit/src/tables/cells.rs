@@ -129,13 +129,13 @@ pub fn is_decimal(text: &str, mark: u8) -> bool {
     rest.digits() > 0 && rest.one_of(&[mark]) && rest.digits() > 0 && rest.ends()
 }
 
-/// Whether the commas of a number may separate thousands.
-pub fn may_have_thousands(text: &str) -> bool {
-    let mut groups = text.trim_start_matches(['+', '-']).split(',');
+/// Whether the marks of a number, commas or points, may separate thousands.
+pub fn may_have_thousands(text: &str, mark: &str) -> bool {
+    let mut groups = text.trim_start_matches(['+', '-']).split(mark);
     let first = groups.next().unwrap_or_default();
     let are_digits = |group: &str| group.bytes().all(|byte| byte.is_ascii_digit());
     let is_first = (1..=3).contains(&first.len()) && are_digits(first) && !first.starts_with('0');
-    is_first && text.contains(',') && groups.all(|group| group.len() == 3 && are_digits(group))
+    is_first && text.contains(mark) && groups.all(|group| group.len() == 3 && are_digits(group))
 }
 
 #[cfg(test)]
@@ -168,7 +168,7 @@ mod tests {
             assert!(!is_number(text), "{text}");
         }
         assert!(is_decimal("-1,5e3", b',') && !is_decimal("1,5", b'.') && !is_decimal(",5", b','));
-        assert!(may_have_thousands("101,131") && may_have_thousands("-1,234,567"));
-        assert!(!["0,131", "1234,567", "1,23", "101"].into_iter().any(may_have_thousands));
+        assert!(may_have_thousands("101,131", ",") && may_have_thousands("-1.234.567", "."));
+        assert!(!["0,131", "1234,567", "1,23", "101"].into_iter().any(|text| may_have_thousands(text, ",")));
     }
 }

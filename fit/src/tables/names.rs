@@ -2,42 +2,10 @@
 
 use std::borrow::Cow;
 
-use crate::units::{nearest_unit, written_unit};
-
-/// Units that recorders write as words.
-const WORDS: [(&str, &str); 22] = [
-    ("second", "s"),
-    ("seconds", "s"),
-    ("sec", "s"),
-    ("sekunde", "s"),
-    ("sekunden", "s"),
-    ("volt", "V"),
-    ("volts", "V"),
-    ("ampere", "A"),
-    ("amperes", "A"),
-    ("amp", "A"),
-    ("amps", "A"),
-    ("newton", "N"),
-    ("newtons", "N"),
-    ("pascal", "Pa"),
-    ("bars", "bar"),
-    ("meter", "m"),
-    ("meters", "m"),
-    ("metre", "m"),
-    ("metres", "m"),
-    ("millimeter", "mm"),
-    ("millimetre", "mm"),
-    ("millimeters", "mm"),
-];
+use crate::units::{nearest_unit, of_word, written_unit};
 
 /// Cells that say that a column has no unit.
 const NONE: [&str; 3] = ["", "-", "1"];
-
-/// The unit that a word stands for.
-pub fn of_word(text: &str) -> Option<&'static str> {
-    let text = text.to_lowercase();
-    WORDS.iter().find(|(word, _)| *word == text).map(|(_, unit)| *unit)
-}
 
 /// A text without brackets around it.
 fn bare(text: &str) -> &str {
@@ -98,7 +66,8 @@ fn is_element(text: &str) -> bool {
 
 fn is_unit(text: &str, is_bracketed: bool) -> bool {
     // A letter behind a name is a chamber, a number one of several; a ratio is no unit.
-    let is_name = text.chars().count() < 2 || text.bytes().all(|byte| byte.is_ascii_digit());
+    let is_letter = text.chars().count() < 2 && (!is_bracketed || ["", "-", "A", "B", "a", "b"].contains(&text));
+    let is_name = is_letter || text.bytes().all(|byte| byte.is_ascii_digit());
     text == "1" || written_unit(text).is_some() || (!is_name && (is_bracketed || nearest_unit(text, None).is_some()))
 }
 

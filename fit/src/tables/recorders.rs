@@ -8,8 +8,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use crate::Refused;
 use crate::tables::Table;
 use crate::tables::cells::split;
-use crate::tables::names::of_word;
 use crate::tables::rows::finite;
+use crate::units::of_word;
 
 const END: &str = "***End_of_Header***";
 const EXPORT: &str = "Starttime of export";

@@ -25,7 +25,51 @@ pub struct Column {
     /// Cells that are empty, and cells that are true or false.
     empty: usize,
     logical: usize,
+    marks: Marks,
 }
+
+/// What the numbers of a column tell of their decimal mark.
+#[derive(Default)]
+struct Marks {
+    /// Whether a mark of one of them can be no separator of thousands.
+    are_decimal: bool,
+    /// The first one whose mark may be one, and its place.
+    grouped: Option<(String, String)>,
+    /// The first one but 0 that has no mark, and too few digits for such a separator.
+    bare: Option<(String, String)>,
+}
+
+impl Marks {
+    fn see(&mut self, cell: &str, place: impl Fn() -> String) {
+        let slot = match cell.find(['.', ',']) {
+            Some(_) if self.are_decimal => return,
+            Some(at) if may_have_thousands(cell, &cell[at..=at]) => &mut self.grouped,
+            Some(_) => return self.are_decimal = true,
+            None if is_short(cell) => &mut self.bare,
+            None => return,
+        };
+        slot.get_or_insert_with(|| (cell.to_owned(), place()));
+    }
+
+    /// What is wrong where some numbers have a mark before each three digits, and others none, as with separators of thousands.
+    fn fault(&self) -> Option<String> {
+        let Self { are_decimal: false, grouped: Some((grouped, place)), bare: Some((bare, other)) } = self else {
+            return None;
+        };
+        Some(format!(
+            "{place}: the mark of '{grouped}' may separate thousands, since '{bare}' ({other}) has none; {REMEDY}"
+        ))
+    }
+}
+
+/// Whether a number but 0 has at most three digits and nothing else.
+fn is_short(cell: &str) -> bool {
+    let digits = cell.trim_start_matches(['+', '-']);
+    (1..=3).contains(&digits.len()) && digits.bytes().all(|byte| byte.is_ascii_digit()) && !digits.starts_with('0')
+}
+
+/// What to do about numbers whose marks may separate thousands.
+const REMEDY: &str = "write numbers with one decimal mark, without separators of thousands";
 
 /// Reads the rows of a table.
 pub fn read(file: &str, body: &[(usize, &str)], separator: char, names: &[String]) -> Result<Vec<Column>, Refused> {
@@ -87,9 +131,15 @@ impl Column {
             }
         };
         self.values.push(value);
+        self.marks.see(cell, place);
     }
 
     fn finish(&mut self) {
+        if let Some(fault) = self.marks.fault() {
+            self.fault = Some(fault);
+            self.values.fill(f64::NAN);
+            return;
+        }
         self.is_slow = self.wrong > 0 && self.wrong == self.empty;
         // An input may be true or false.
         if self.wrong > 0 && !self.is_slow && self.logical < self.values.len() {
@@ -120,11 +170,7 @@ pub fn finite(cell: &str, has_comma: bool) -> Result<f64, String> {
             let marks = [',', '.', '\'', ' ', '\u{a0}', '\u{202f}'];
             let is_grouped = cell.contains(marks) && cell.bytes().any(|byte| byte.is_ascii_digit());
             let only = |letter: char| letter.is_ascii_digit() || "+-".contains(letter) || marks.contains(&letter);
-            let remedy = if is_grouped && cell.chars().all(only) {
-                "; write numbers with one decimal mark, without separators of thousands"
-            } else {
-                ""
-            };
+            let remedy = if is_grouped && cell.chars().all(only) { format!("; {REMEDY}") } else { String::new() };
             let shown: String = cell.chars().take(SHOWN).collect();
             let more = if shown.len() < cell.len() { "..." } else { "" };
             Err(format!("'{}{more}' is no number{remedy}", shown.escape_debug()))
@@ -140,35 +186,43 @@ fn other_separator(line: &str, separator: char) -> String {
 
 /// Whether commas are decimal marks; a table in which commas or points may separate thousands is refused.
 ///
-/// A number as 101,131 is one of thousands, or of decimals, which the points of other cells leave open.
+/// A number as 101,131 is one of thousands, or of decimals: other cells tell, or nothing does.
 fn has_decimal_commas(file: &str, body: &[(usize, &str)], separator: char, names: &[String]) -> Result<bool, Refused> {
     // Between commas a decimal comma stands in quotes.
     let may_be_decimal = |line: &str| line.contains(',') && (separator != ',' || line.contains('"'));
-    let has_point = body.iter().any(|(_, line)| line.contains('.'));
     let first_of = |lines: &[(usize, &str)], is_meant: &dyn Fn(&str) -> bool| {
         lines.iter().find_map(|&(line, text)| {
             let mut cells = Vec::new();
             split(text, separator, &mut cells);
             let at = cells.iter().position(|cell| is_meant(cell))?;
-            Some((line, at, cells[at].clone().into_owned()))
+            Some((place(file, line, at, names), cells[at].clone().into_owned()))
         })
     };
     let with_comma: Vec<_> = body.iter().copied().filter(|(_, line)| may_be_decimal(line)).collect();
     if first_of(&with_comma, &|cell| is_decimal(cell, b',')).is_none() {
         return Ok(false);
     }
-    let is_either = |cell: &str| is_decimal(cell, b',') && may_have_thousands(cell);
-    if has_point
-        && let Some((line, at, text)) = first_of(&with_comma, &is_either)
-        && let Some((point_line, point_at, point)) = first_of(body, &|cell| is_decimal(cell, b'.'))
-    {
-        let name = names.get(at).map_or("", String::as_str);
+    let with_point: Vec<_> = body.iter().copied().filter(|(_, line)| line.contains('.')).collect();
+    let point = first_of(&with_point, &|cell| is_decimal(cell, b'.'));
+    let grouped = first_of(&with_comma, &|cell| is_decimal(cell, b',') && may_have_thousands(cell, ","));
+    if let (Some((place, point)), Some((other, comma))) = (&point, grouped) {
         return Err(Refused(format!(
-            "{}: '{point}' has a decimal point, and '{text}' (line {line}, column {} ({name})) a comma, which may separate \
-             thousands; write numbers with one mark, without separators of thousands",
-            place(file, point_line, point_at, names),
-            at + 1
+            "{place}: '{point}' has a decimal point, and '{comma}' ({other}) a comma, which may separate thousands; {REMEDY}"
         )));
     }
-    Ok(true)
+    let is_plain = |cell: &str, mark: &str| is_decimal(cell, mark.as_bytes()[0]) && !may_have_thousands(cell, mark);
+    let comma = first_of(&with_comma, &|cell| is_plain(cell, ","));
+    let Some((other, comma)) = comma else {
+        let (place, first) = first_of(&with_comma, &|cell| is_decimal(cell, b',')).expect("a comma");
+        return Err(Refused(format!(
+            "{place}: the comma of '{first}' may be a decimal one or separate thousands, and no other number tells; write a \
+             decimal point, or no separators of thousands"
+        )));
+    };
+    match point {
+        Some((place, point)) if first_of(&with_point, &|cell| is_plain(cell, ".")).is_none() => Err(Refused(format!(
+            "{place}: the point of '{point}' may separate thousands, since '{comma}' ({other}) has a decimal comma; {REMEDY}"
+        ))),
+        _ => Ok(true),
+    }
 }

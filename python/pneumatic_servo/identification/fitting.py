@@ -296,13 +296,14 @@ def _fit(
         raise Interrupted("interrupted")
     problem, fitted, best, is_interrupted = reached
     if best is None or is_interrupted:
-        raise _interrupted(problem, fitted, best, notes)
+        raise _interrupted(problem, fitted, best, [*notes, *watch.still_hidden()])
     groups = _conditions(fitted, records, cross_validate)
     try:
         watch.stage("intervals")
         sure = certainty(fitted, best.x, intervals, seed)
     except KeyboardInterrupt:
-        raise _interrupted(problem, fitted, best, notes) from None
+        raise _interrupted(problem, fitted, best, [*notes, *watch.still_hidden()]) from None
+    notes += watch.still_hidden(sure.reasons)
     tell_underivable(fitted)
     found = _finished(problem, fitted, best, sure, [*notes, *dict.fromkeys(problem.experiment.notes)])
     try:
@@ -483,6 +484,7 @@ def _check_ties(ties: Sequence[Tie], free: Sequence[str], experiment: Experiment
             has_default = variable is not None and isinstance(variable.default, float | int) and name not in every
             if name not in known and not has_default:
                 later = "; its own expression comes later" if name in every else did_you_mean(name, [*known, *every])
+                later = "; an expression cannot stand for itself" if name == tie.name else later
                 raise ValueError(f"{where}: there is no parameter {name}{later}")
         known.add(tie.name)
 

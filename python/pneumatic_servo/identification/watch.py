@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import sys
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Container, Iterator, Sequence
 from contextlib import contextmanager
 from functools import partial
 
@@ -38,6 +38,7 @@ class Watch:
         self.label = label
         self.runs = 0
         self.notes: list[str] = []
+        self.lost: Sequence[str] = ()
         self.every = math.inf
         self._cost = math.inf
         self._stage = "first search"
@@ -66,14 +67,21 @@ class Watch:
 
     def hidden(self, names: Sequence[str]) -> None:
         """Tell which parameters are hardly identifiable, if there are any, before the search."""
-        if not names:
-            return
-        text = (
+        self.lost = names
+        if names:
+            self.say(self._lost(names))
+
+    def still_hidden(self, names: Container[str] | None = None) -> list[str]:
+        """Return a note of those among them that are not identifiable in the end either; of all, if nobody knows."""
+        lost = [name for name in self.lost if names is None or name in names]
+        return [self._lost(lost)] if lost else []
+
+    @staticmethod
+    def _lost(names: Sequence[str]) -> str:
+        return (
             f"not identifiable at the start values: {', '.join(names)}; what is found may be anything; where a value "
             f"is known, give it by {quoted('settings')}"
         )
-        self.notes.append(text)
-        self.say(text)
 
     def say(self, text: str) -> None:
         """Tell something that has to be known at once, and stays to be read."""
