@@ -151,6 +151,7 @@ def _descriptions(described: ElementTree.Element) -> list[tuple[int, Description
                     derivative_of=listed[int(state) - 1].attrib["name"] if state else None,
                     meaning=None,
                     counts_for=None,
+                    follows=None,
                     is_conditional=False,
                     plausible=None,
                     text=variable.get("description", ""),

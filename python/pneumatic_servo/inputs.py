@@ -59,7 +59,7 @@ def inputs_of(
         table = read_table(given)
     elif not isinstance(given, Run):
         table = table_of(given, "the DataFrame")
-    if table is None and columns is not None and isinstance(given, Mapping):
+    if table is None and columns is not None and isinstance(given, Mapping) and _are_columns(given):
         table = of_arrays(Path("the inputs"), given)
     if table is not None:
         return of_table(variables, table, columns, begin)[0]
@@ -71,6 +71,10 @@ def inputs_of(
     for name in named:
         _refuse_parameter(argument, variables, name)
     return named
+
+
+def _are_columns(given: Mapping[str, object]) -> bool:
+    return all(np.ndim(values) == 1 for values in given.values() if not is_quantity(values))  # type: ignore[arg-type]
 
 
 def _refuse_parameter(argument: str, variables: Variables, name: str) -> None:

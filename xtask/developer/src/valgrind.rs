@@ -72,9 +72,11 @@ struct Counts {
     instructions: BTreeMap<String, u64>,
 }
 
-/// Friction laws, one of them with a loose tolerance, one with hoses, and one under which steps are implicit.
-const CASES: [&str; 9] = [
+/// Friction laws, one of them with a loose tolerance and with options, one with hoses, and one under which steps are implicit.
+const CASES: [&str; 11] = [
     "Stribeck",
+    "Stribeck load.stiffness=50",
+    "Stribeck sensor.position.sampleTime=1e-3",
     "Stribeck solver.relativeTolerance=1e-4",
     "Polito",
     "Dahl",
