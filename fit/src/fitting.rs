@@ -11,10 +11,11 @@ use crate::causes::{Cause, DAMPING_SPEED, causes, is_quiet};
 use crate::driver::{Reached, Search};
 use crate::experiment::{Experiment, Given, Kind, MeasuredSegment, Options, of_kind, parameter};
 use crate::intervals::{Ends, certainty};
+use crate::machine_units::MachineUnits;
 use crate::parameter::{Parameter, Values};
 use crate::plausibility::{self, Facts, Source as Table};
 use crate::problem::{Interrupted, TOLERANCE};
-use crate::record::{Signals, unit_of};
+use crate::record::Signals;
 use crate::refused::{NoAnswer, Refused};
 use crate::runs::Runs;
 use crate::search::{Loss, Watch};
@@ -48,6 +49,8 @@ pub struct Question {
     pub starts: usize,
     /// Options of the use of the data.
     pub options: Options,
+    /// Units of the machine and of the readings.
+    pub units: MachineUnits,
 }
 
 /// An estimated parameter.
@@ -97,6 +100,8 @@ pub struct Answer {
     pub start: Values,
     /// Measured and simulated curves.
     pub courses: Vec<Course>,
+    /// Units of the machine and of the readings.
+    pub units: MachineUnits,
 }
 
 /// Runs one after the other; `told` hears the share of each that is done.
@@ -128,7 +133,9 @@ pub fn fit(question: &Question, watch: &dyn Watch, told: &dyn Fn(f64)) -> Result
     let known =
         question.known.iter().filter(|(name, _)| is_fixed(name)).map(|(name, value)| (name.clone(), *value)).collect();
     let kind = Kind::of_name(&question.experiment)?;
-    let given = Given::new(kind, question.law, known, question.signals.keys().cloned(), question.options);
+    let units = question.units.clone();
+    let signals = question.signals.keys().cloned();
+    let given = Given { units, ..Given::new(kind, question.law, known, signals, question.options) };
     let experiment: Arc<dyn Experiment> = of_kind(given)?.into();
     check_plausible(&*experiment, question)?;
     let (records, mut notes) = kind.records(file, question.signals.clone())?;
@@ -137,7 +144,7 @@ pub fn fit(question: &Question, watch: &dyn Watch, told: &dyn Fn(f64)) -> Result
     let sources: Vec<Source> = records.into_iter().map(source).collect();
     notes.extend(assumed(&*experiment, &question.known, &parameters));
     let study = Study::cut(experiment, &sources, parameters, vec![]);
-    check_size(&study)?;
+    check_size(&study, &sources)?;
     let workers = Alone { told };
     let (starts, loss) = (question.starts, Loss::Linear);
     let search = Search { workers: &workers, sources: &sources, starts, seed: 0, loss, solver: None };
@@ -197,6 +204,7 @@ pub fn fit(question: &Question, watch: &dyn Watch, told: &dyn Fn(f64)) -> Result
         validation_from: whole.segments.iter().filter_map(first).reduce(f64::min),
         start: whole.segments.first().map(|segment| segment.begin.values.clone()).unwrap_or_default(),
         courses: courses(&whole, readings),
+        units: question.units.clone(),
     })
 }
 
@@ -242,12 +250,19 @@ fn assumed(experiment: &dyn Experiment, known: &Values, parameters: &[Parameter]
 fn check_plausible(experiment: &dyn Experiment, question: &Question) -> Result<(), Refused> {
     let Question { file, signals, .. } = question;
     let place = |signal: &str, row: usize| format!("{file}, sample {row} of {signal}");
-    let facts = Facts { given: experiment.given(), columns: &BTreeMap::new(), units: &BTreeMap::new() };
+    let facts = Facts { given: experiment.given(), columns: &BTreeMap::new(), units: &question.units.of_signals() };
     let found = plausibility::check(&facts, &Table { name: file, signals, place: &place });
     found.into_iter().find(|finding| finding.is_refused).map_or(Ok(()), |finding| Err(Refused(finding.text)))
 }
 
-fn check_size(Study { experiment, segments, parameters, .. }: &Study) -> Result<(), Refused> {
+fn check_size(study: &Study, sources: &[Source]) -> Result<(), Refused> {
+    let Study { experiment, segments, parameters, .. } = study;
+    if let (true, Some(Source { record, .. })) = (segments.is_empty(), sources.first()) {
+        let (step, length) = (record.step, experiment.length(record.step).unwrap_or(f64::INFINITY));
+        return Err(Refused(format!(
+            "segment = {length} s is refused: no part has 10 samples, which are {step} s apart"
+        )));
+    }
     let rests = |segment: &MeasuredSegment| experiment.resting(&segment.record).iter().all(|rests| *rests);
     if experiment.compared().contains(&"position") && segments.iter().all(rests) {
         return Err(Refused("all at rest: the position never leaves its noise".to_owned()));
@@ -261,7 +276,7 @@ fn check_size(Study { experiment, segments, parameters, .. }: &Study) -> Result<
             let value = segments[0].record.of(signal)[0];
             return Err(Refused(format!(
                 "{signal} = {value} {} all the time; is it the right column?",
-                unit_of(signal)
+                experiment.given().units.of_signal(signal)
             )));
         }
     }

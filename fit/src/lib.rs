@@ -21,6 +21,7 @@ pub mod guess;
 pub mod intervals;
 pub mod jacobian;
 pub mod law;
+pub mod machine_units;
 pub mod matrix;
 pub mod nonnegative;
 mod number;

@@ -3,7 +3,6 @@
 use crate::arrays::mean;
 use crate::fitting::Answer;
 use crate::numerals::significant;
-use crate::record::unit_of;
 
 /// Share of a signal's standard deviation that no model of it leaves as residual.
 const MISSED: f64 = 0.5;
@@ -101,7 +100,7 @@ fn of_residuals(answer: &Answer) -> Vec<Finding> {
     let of_signal = |(signal, rms): (&&'static str, &f64)| {
         let spread = spread(answer, signal);
         let noise = answer.noise.get(signal).copied().unwrap_or(f64::INFINITY);
-        let (unit, residual) = (unit_of(signal), format!("RMS residual of {signal}: {}", short(*rms)));
+        let (unit, residual) = (answer.units.of_signal(signal), format!("RMS residual of {signal}: {}", short(*rms)));
         let light = Light::of_residual(*rms, spread, noise);
         let text = match light {
             Light::Red => format!(
@@ -151,6 +150,7 @@ fn short(value: f64) -> String {
 mod tests {
     use super::*;
     use crate::fitting::{Course, Estimate};
+    use crate::machine_units::MachineUnits;
 
     /// A fit that leaves an RMS residual of a position that varies by 1 and has a noise of 0.001.
     fn answer(rms: f64) -> Answer {
@@ -167,6 +167,7 @@ mod tests {
             validation_from: None,
             start: [].into(),
             courses: vec![Course { time: vec![], readings: vec![("position", measured, vec![])] }],
+            units: MachineUnits::default(),
         }
     }
 

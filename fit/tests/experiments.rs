@@ -7,6 +7,7 @@ use pneumatic_servo::numbers::random;
 use pneumatic_servo_fit::NoAnswer;
 use pneumatic_servo_fit::experiment::Options;
 use pneumatic_servo_fit::fitting::{Answer, Question, fit};
+use pneumatic_servo_fit::machine_units::MachineUnits;
 use pneumatic_servo_fit::record::Signals;
 use pneumatic_servo_fit::search::Unwatched;
 use pneumatic_servo_fit::verdict::{Light, verdict};
@@ -50,6 +51,7 @@ fn question(experiment: &str, law_name: &str, signals: Signals, estimated: &[&st
         validation: 0.3,
         starts: 0,
         options: Options::default(),
+        units: MachineUnits::default(),
     }
 }
 

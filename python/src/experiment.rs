@@ -11,6 +11,7 @@ use pneumatic_servo::model;
 use pneumatic_servo_fit::experiment::{
     self, Begin, Forces, Given, Inputs, KINDS, Kind, MeasuredSegment, OfRecord, Options, Whole, of_kind,
 };
+use pneumatic_servo_fit::machine_units::MachineUnits;
 use pneumatic_servo_fit::parameter::Values;
 use pneumatic_servo_fit::plausibility::{self, Facts, Finding, Remedy, Source, Written};
 use pneumatic_servo_fit::record::{self, Record, Signals};
@@ -86,6 +87,8 @@ impl Experiment {
             known,
             signals: signals.into_iter().collect(),
             options: Options { rated, width, play, length, inputs, smoothing },
+            // The package has its own table of units; numbers are the same.
+            units: MachineUnits::default(),
         };
         Ok(Self { inner: of_kind(given).map_err(|why| refused(why.0))?.into() })
     }

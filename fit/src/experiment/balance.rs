@@ -36,7 +36,7 @@ impl Balance {
     /// The balance of an experiment whose mass is moved by measured forces; nothing of another one.
     pub fn of(given: &Given) -> Option<Self> {
         let inner: Box<dyn Pushed> = match given.kind.name {
-            "force" => Box::new(Force::new(given.clone())),
+            "force" => Box::new(Force::new(given.clone()).ok()?),
             "mechanical" => Box::new(Mechanical::new(given.clone())),
             _ => return None,
         };

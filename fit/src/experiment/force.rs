@@ -10,9 +10,11 @@ use crate::matrix::pseudo_inverse;
 use crate::numerals::significant;
 use crate::parameter::Values;
 use crate::record::{Record, Signals};
+use crate::refused::Refused;
 use crate::smoothing::parabolas;
 
 const COMPARED: [&str; 2] = ["position", "velocity"];
+const INCLINE: &str = "incline";
 /// Fewest samples of a segment, unless another length is given: its start values are estimated as well.
 const FEWEST: f64 = 30.0;
 /// Fewest moving samples that tell a mass.
@@ -34,9 +36,18 @@ pub struct Force {
 
 impl Force {
     /// The experiment for signals.
-    pub(super) fn new(given: Given) -> Self {
+    ///
+    /// # Errors
+    /// [`Refused`] for an incline of a rotating machine.
+    pub(super) fn new(given: Given) -> Result<Self, Refused> {
+        if given.units.is_rotating
+            && let Some(incline) = given.known.get(INCLINE)
+        {
+            let why = "a rotating machine has none; its mass is an inertia";
+            return Err(Refused(format!("{INCLINE} = {incline} is refused: {why}")));
+        }
         let compared = COMPARED.into_iter().filter(|signal| given.has(signal)).collect();
-        Self { given, compared }
+        Ok(Self { given, compared })
     }
 
     /// Smoothed velocity and acceleration at the communication points.
@@ -76,13 +87,15 @@ impl Experiment for Force {
     }
 
     fn of_bench(&self) -> Vec<&'static str> {
+        // Rotating masses are balanced.
+        let incline: &[&str] = if self.given.units.is_rotating { &[] } else { &[INCLINE] };
         let spring: &[&str] = if self.given.has("position") { &["spring", "springRest"] } else { &[] };
-        std::iter::once("incline").chain(spring.iter().copied()).collect()
+        [incline, spring].concat()
     }
 
-    /// The bench's default says nothing of a machine.
+    /// The bench's default says nothing of a machine, nor does a current of its force.
     fn unknown(&self) -> Vec<&'static str> {
-        vec!["mass"]
+        if self.given.units.of_gain("force") == "1" { vec!["mass"] } else { vec!["mass", "gain.force"] }
     }
 
     fn length(&self, step: f64) -> Option<f64> {
@@ -185,7 +198,7 @@ impl Pushed for Force {
     /// Weight and spring included.
     fn applied(&self, segment: &MeasuredSegment, values: &Values) -> Vec<f64> {
         let given = &self.given;
-        let weight = self.inertia(values) * GRAVITY * libm::sin(given.beside("incline", values, 0.0));
+        let weight = self.inertia(values) * GRAVITY * libm::sin(given.beside(INCLINE, values, 0.0));
         let mut applied = given.measured(segment, "force", values);
         applied.iter_mut().for_each(|force| *force -= weight);
         let spring = given.beside("spring", values, 0.0);

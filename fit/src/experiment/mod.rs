@@ -6,6 +6,7 @@ mod force;
 mod measured;
 mod mechanical;
 mod motion;
+mod options;
 mod pneumatic;
 mod points;
 mod pushed;
@@ -22,11 +23,13 @@ use pneumatic_servo::variables::{self, Role};
 
 pub use balance::Balance;
 pub use cylinder::{PRESSURES, rod_force};
+pub use options::{Inputs, OPTIONS, Offered, Options, Range};
 pub use segments::{OfRecord, segments};
 
 use crate::arrays::interpolate;
 use crate::expression::Tie;
 use crate::law;
+use crate::machine_units::MachineUnits;
 use crate::parameter::{Parameter, Values};
 use crate::record::{self, Record, Signals, unit_of};
 use crate::refused::Refused;
@@ -34,92 +37,6 @@ use crate::smoothing::low_pass;
 
 /// Parameters of the cylinder that make the load factor of a bench.
 pub const OF_LOAD: [&str; 2] = ["friction.kappaA", "friction.direction.factor"];
-
-/// Options of the use of the data.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Options {
-    /// Normal force in N at which the load factor is 1.
-    pub rated: f64,
-    /// Width in s of the parabolas that give velocities.
-    pub width: f64,
-    /// Play in m that hides the jitter of a position at rest; by default three times its noise.
-    pub play: Option<f64>,
-    /// Length in s of the segments that a record is cut into; by default the length that the experiment has, if any.
-    pub length: Option<f64>,
-    /// Course of measured inputs between samples; nothing where the data choose.
-    pub inputs: Option<Inputs>,
-    /// Whether measured forces and pressures that move a mass are smoothed over the width; nothing where the data choose.
-    pub smoothing: Option<bool>,
-}
-
-impl Default for Options {
-    fn default() -> Self {
-        Self { rated: 1.0, width: 0.04, play: None, length: None, inputs: None, smoothing: None }
-    }
-}
-
-impl Options {
-    /// Course of measured inputs, held as long as the data have not chosen.
-    pub fn inputs(&self) -> Inputs {
-        self.inputs.unwrap_or(Inputs::Held)
-    }
-
-    /// Whether measured forces are smoothed, as they are as long as the data have not chosen.
-    pub fn smooths(&self) -> bool {
-        self.smoothing.unwrap_or(true)
-    }
-}
-
-/// Course of measured inputs between samples.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Inputs {
-    /// Each is held until the next sample.
-    Held,
-    /// They run on straight lines.
-    Lines,
-    /// They run on a smooth curve.
-    Smooth,
-}
-
-impl std::str::FromStr for Inputs {
-    type Err = Refused;
-
-    fn from_str(name: &str) -> Result<Self, Refused> {
-        match name {
-            "held" => Ok(Self::Held),
-            "lines" => Ok(Self::Lines),
-            "smooth" => Ok(Self::Smooth),
-            _ => Err(Refused(format!("inputs = {name} is refused: it must be held, lines or smooth"))),
-        }
-    }
-}
-
-impl Inputs {
-    /// Its name.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Held => "held",
-            Self::Lines => "lines",
-            Self::Smooth => "smooth",
-        }
-    }
-
-    /// Whether they change within a step.
-    pub fn have_lines(self) -> bool {
-        self != Self::Held
-    }
-
-    /// Ends of the straight lines that take the place of a course, of its samples.
-    ///
-    /// Lines in place of a smooth curve have the mean over each step that the cubic through the four samples around has.
-    pub fn ends(self, mut samples: Vec<f64>) -> Vec<f64> {
-        if self == Self::Smooth {
-            let bend: Vec<f64> = samples.windows(3).map(|own| (own[0] - 2.0 * own[1] + own[2]) / 12.0).collect();
-            samples.iter_mut().skip(1).zip(bend).for_each(|(sample, bend)| *sample -= bend);
-        }
-        samples
-    }
-}
 
 /// Start values of a simulation, as they were measured.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -389,11 +306,24 @@ impl Kind {
         self.required.iter().chain(either).chain(self.further).copied()
     }
 
-    /// Names of the [`Options`] with a default that act in this kind of experiment: the width of parabolas, the rated load and the play.
-    pub fn options(&self) -> Vec<&'static str> {
+    /// [`OPTIONS`] that act in this kind of experiment.
+    pub fn options(&self) -> impl Iterator<Item = &'static Offered> {
         let has_load = self.signals().any(|signal| signal == "normalForce");
-        let all = [("width", self.has_time()), ("rated", has_load), ("play", self.name == "motion")];
-        all.into_iter().filter(|(_, acts)| *acts).map(|(name, _)| name).collect()
+        let is_pushed = ["force", "mechanical"].contains(&self.name);
+        let acts = move |option: &&Offered| match option.name {
+            "width" | "segment" => self.has_time(),
+            "smoothing" => is_pushed,
+            "rated" => has_load,
+            "play" => self.name == "motion",
+            // Pressures that move a mass run on a smooth curve, and a motion is prescribed.
+            _ => ["force", "rig", PNEUMATIC].contains(&self.name),
+        };
+        OPTIONS.iter().filter(acts)
+    }
+
+    /// Whether its machine may rotate: then its force is a torque, its mass an inertia, and its position an angle.
+    pub fn may_rotate(&self) -> bool {
+        self.name == "force"
     }
 
     /// Parameters that a fit usually estimates: of the law, in `points` only the ones on which friction in steady motion depends; in
@@ -451,13 +381,13 @@ impl Kind {
 /// An experiment of a kind.
 ///
 /// # Errors
-/// [`Refused`] for too few signals, and for a known parameter that acts and that the experiment does without.
+/// [`Refused`] for too few signals, and for a known parameter that acts and that the experiment or its machine does without.
 pub fn of_kind(given: Given) -> Result<Box<dyn Experiment>, Refused> {
     given.kind.check(&given.signals)?;
     let experiment: Box<dyn Experiment> = match given.kind.name {
         "motion" => Box::new(motion::Motion::new(given)),
         "points" => Box::new(points::Points::new(given)?),
-        "force" => Box::new(force::Force::new(given)),
+        "force" => Box::new(force::Force::new(given)?),
         "mechanical" => Box::new(mechanical::Mechanical::new(given)),
         PNEUMATIC => Box::new(pneumatic::Pneumatic::new(given)),
         _ => Box::new(rig::Rig::new(given)),
@@ -491,11 +421,18 @@ pub fn sensors(experiment: &dyn Experiment) -> Vec<String> {
     names
 }
 
-/// A property of a sensor, of a bench or of the model, by its name, as an estimated parameter.
+/// A property of a sensor, of a bench or of the model, by its name, as an estimated parameter in the units of the machine.
 ///
 /// # Errors
 /// [`Refused`] for a name that has no part in the experiment.
 pub fn parameter(experiment: &dyn Experiment, name: &str) -> Result<Parameter, Refused> {
+    let found = of_sliding(experiment, name)?;
+    let unit = experiment.given().units.of_parameter(&found.name, &found.unit);
+    Ok(Parameter { unit, ..found })
+}
+
+/// The same in the units of a machine that slides.
+fn of_sliding(experiment: &dyn Experiment, name: &str) -> Result<Parameter, Refused> {
     if let Some((kind, signal)) = name.split_once('.')
         && let Some(found) = Parameter::of_sensor(kind, signal, unit_of(signal))
     {
@@ -554,6 +491,8 @@ pub struct Given {
     pub signals: BTreeSet<String>,
     /// Options of the use of the data.
     pub options: Options,
+    /// Units of the machine and of the readings.
+    pub units: MachineUnits,
 }
 
 impl Given {
@@ -567,7 +506,8 @@ impl Given {
     ) -> Self {
         let signals = signals.into_iter().collect();
         let [table, model, cylinder] = [kind.table, kind.simulated, CYLINDER].map(model);
-        Self { kind, table, model, cylinder, law, known, signals, options }
+        let units = MachineUnits::default();
+        Self { kind, table, model, cylinder, law, known, signals, options, units }
     }
 
     fn lacking(&self, what: &str) -> Refused {

@@ -3,8 +3,9 @@
 use std::cell::{Cell, RefCell};
 
 use pneumatic_servo_fit::candidates;
-use pneumatic_servo_fit::experiment::{Experiment, Given, Kind, Options, of_kind, parameter};
+use pneumatic_servo_fit::experiment::{Experiment, Given, Inputs, Kind, Options, of_kind, parameter};
 use pneumatic_servo_fit::fitting::{self, Answer, Course, Estimate, Question};
+use pneumatic_servo_fit::machine_units::{MachineUnits, si_of};
 use pneumatic_servo_fit::parameter::Values;
 use pneumatic_servo_fit::problem::Interrupted;
 use pneumatic_servo_fit::search::Watch;
@@ -19,7 +20,7 @@ use serde_json::{Value, json};
 /// In words for the visitor, for a question that is none, or one that is refused.
 pub fn fit(question: &str, samples: &[f64], told: &dyn Fn(&Value)) -> Result<(Value, Vec<f64>), String> {
     let question = serde_json::from_str(question).map_err(|error| format!("the question is no JSON: {error}"))?;
-    let question = read(&question, samples).ok_or("the question is incomplete, or its samples are")?;
+    let question = read(&question, samples).ok_or("the question is incomplete, or its samples are")??;
     let progress = Progress {
         told,
         stage: RefCell::new(String::from("Look at the data")),
@@ -35,35 +36,44 @@ pub fn fit(question: &str, samples: &[f64], told: &dyn Fn(&Value)) -> Result<(Va
 }
 
 /// Parameters that a fit estimates unless others are chosen, further ones of sensors and of a bench, what may be known of the bench,
-/// and why the signals are too few, if they are. The question has experiment, law, known values and the names of the signals.
+/// the units of all these where the machine rotates or a sensor has its own, and what is wrong with the signals, if anything is. The
+/// question has experiment, law, known values, and units by the names of the signals.
 ///
 /// # Errors
 /// In words for the visitor, for a question that is none.
 pub fn estimable(question: &str) -> Result<Value, String> {
     let question: Value =
         serde_json::from_str(question).map_err(|error| format!("the question is no JSON: {error}"))?;
-    let asked =
-        || Some((text(&question["experiment"])?, law(&question)?, known(&question)?, texts(&question["signals"])?));
-    let (experiment, law, known, signals) = asked().ok_or("the question is incomplete")?;
+    let asked = || Some((text(&question["experiment"])?, law(&question)?, known(&question)?, columns(&question)?));
+    let (experiment, law, known, columns) = asked().ok_or("the question is incomplete")?;
     let kind = Kind::of_name(&experiment).map_err(|refused| refused.0)?;
-    let given = Given::new(kind, law, known, signals, Options::default());
+    let given = Given::new(kind, law, known, columns.iter().map(|(signal, _)| signal.clone()), Options::default());
     let usual = kind.usual(given.table, law, &given.known);
-    Ok(match of_kind(given) {
-        Ok(experiment) => json!({
-            "usual": usual.into_iter().chain(experiment.unknown().into_iter().map(str::to_owned)).collect::<Vec<_>>(),
-            "others": candidates::estimable(&*experiment),
-            "bench": of_bench(&*experiment),
-            "lacking": null,
-        }),
-        Err(Refused(lacking)) => json!({ "usual": usual, "others": [], "bench": {}, "lacking": lacking }),
+    let experiment = units(kind, &columns).and_then(|units| of_kind(Given { units, ..given }));
+    Ok(match experiment {
+        Ok(experiment) => {
+            let usual: Vec<_> = usual.into_iter().chain(experiment.unknown().into_iter().map(str::to_owned)).collect();
+            let others = candidates::estimable(&*experiment);
+            let known_names = experiment.given().known.keys();
+            let bench = experiment.unknown().into_iter().chain(experiment.of_bench()).map(str::to_owned);
+            json!({
+                "bench": units_of(&*experiment, bench),
+                "units": units_of(&*experiment, usual.iter().chain(&others).chain(known_names).cloned()),
+                "usual": usual,
+                "others": others,
+                "lacking": null,
+            })
+        }
+        Err(Refused(lacking)) => {
+            json!({ "usual": usual, "others": [], "bench": {}, "units": {}, "lacking": lacking })
+        }
     })
 }
 
-/// Properties of a bench that its model does not have, or has no default of, with their units.
-fn of_bench(experiment: &dyn Experiment) -> Value {
-    let names = experiment.unknown().into_iter().chain(experiment.of_bench());
-    let of = |name: &str| parameter(experiment, name).map_or_else(|_| "1".to_owned(), |one| one.unit);
-    names.map(|name| (name.to_owned(), json!(of(name)))).collect::<serde_json::Map<_, _>>().into()
+/// Units of parameters by their names, of those that may be estimated.
+fn units_of(experiment: &dyn Experiment, names: impl Iterator<Item = String>) -> Value {
+    let of = |name: String| parameter(experiment, &name).ok().map(|one| (name, json!(one.unit)));
+    names.filter_map(of).collect::<serde_json::Map<_, _>>().into()
 }
 
 /// Progress of a fit.
@@ -121,29 +131,56 @@ pub(crate) fn known(question: &Value) -> Option<Values> {
     question["known"].as_object()?.iter().map(|(name, value)| Some((name.clone(), value.as_f64()?))).collect()
 }
 
-fn read(question: &Value, samples: &[f64]) -> Option<Question> {
-    let names = texts(&question["signals"])?;
-    let length = samples.len().checked_div(names.len())?;
-    if length == 0 || length * names.len() != samples.len() {
+/// Signals and the units of their columns, in the order of the columns.
+fn columns(question: &Value) -> Option<Vec<(String, String)>> {
+    question["signals"].as_array()?.iter().map(|pair| Some((text(&pair[0])?, text(&pair[1])?))).collect()
+}
+
+/// Units of a machine by the columns of its signals.
+fn units(kind: &Kind, columns: &[(String, String)]) -> Result<MachineUnits, Refused> {
+    let stated = |(signal, unit): &'_ (String, String)| Some((signal.clone(), si_of(signal, unit).ok()?));
+    let stated: Vec<_> = columns.iter().filter_map(stated).collect();
+    let stated: Vec<_> = stated.iter().map(|(signal, si)| (signal.as_str(), *si)).collect();
+    MachineUnits::of_columns(kind, &stated)
+}
+
+fn options(of: &Value) -> Result<Options, Refused> {
+    let usual = Options::default();
+    Ok(Options {
+        rated: of["rated"].as_f64().unwrap_or(usual.rated),
+        width: of["width"].as_f64().unwrap_or(usual.width),
+        play: of["play"].as_f64(),
+        length: of["segment"].as_f64(),
+        inputs: of["inputs"].as_str().map(str::parse::<Inputs>).transpose()?,
+        smoothing: of["smoothing"].as_str().map(|item| item == "on"),
+    })
+}
+
+fn read(question: &Value, samples: &[f64]) -> Option<Result<Question, String>> {
+    let columns = columns(question)?;
+    let length = samples.len().checked_div(columns.len())?;
+    if length == 0 || length * columns.len() != samples.len() {
         return None;
     }
-    let (options, usual) = (&question["options"], Options::default());
-    Some(Question {
+    let experiment = text(&question["experiment"])?;
+    let chosen = || Ok((units(Kind::of_name(&experiment)?, &columns)?, options(&question["options"])?));
+    let (units, options) = match chosen() {
+        Ok(chosen) => chosen,
+        Err(Refused(why)) => return Some(Err(why)),
+    };
+    let names = columns.into_iter().map(|(signal, _)| signal);
+    Some(Ok(Question {
         file: text(&question["file"])?,
-        experiment: text(&question["experiment"])?,
+        experiment,
         law: law(question)?,
-        signals: names.into_iter().zip(samples.chunks_exact(length).map(<[f64]>::to_vec)).collect(),
+        signals: names.zip(samples.chunks_exact(length).map(<[f64]>::to_vec)).collect(),
         known: known(question)?,
         estimated: texts(&question["free"])?,
         validation: question["validation"].as_f64()?,
         starts: usize::try_from(question["starts"].as_u64()?).ok()?,
-        options: Options {
-            rated: options["rated"].as_f64().unwrap_or(usual.rated),
-            width: options["width"].as_f64().unwrap_or(usual.width),
-            play: options["play"].as_f64(),
-            ..usual
-        },
-    })
+        options,
+        units,
+    }))
 }
 
 /// A number, or the name of one that JSON does not have.
@@ -176,6 +213,8 @@ fn written(answer: &Answer) -> Value {
         "rms": by_signal(&answer.rms),
         "validationRms": by_signal(&answer.validation_rms),
         "notes": notes,
+        "units": answer.units.of_signals(),
+        "unitsTold": answer.units.told(),
         "validationFrom": answer.validation_from,
         "start": answer.start,
         "light": light.name(),
@@ -208,16 +247,20 @@ mod tests {
     fn a_question_that_is_none_is_refused() {
         let refused = |text: &str, samples: &[f64]| fit(text, samples, &|_| {}).expect_err("a refusal");
         assert!(refused("{", &[]).starts_with("the question is no JSON"));
-        for question in ["{}", r#"{"signals": ["time"]}"#, r#"{"signals": []}"#, r#"{"signals": [1], "file": 2}"#] {
+        for question in
+            ["{}", r#"{"signals": [["time", "s"]]}"#, r#"{"signals": []}"#, r#"{"signals": [1], "file": 2}"#]
+        {
             assert_eq!(refused(question, &[1.0, 2.0]), "the question is incomplete, or its samples are", "{question}");
         }
-        let whole = r#"{"file": "a.csv", "experiment": "rig", "law": 7, "signals": ["time", "position"], "known": {},
+        let whole = r#"{"file": "a.csv", "experiment": "rig", "law": 7, "signals": [["time", "s"], ["position", "m"]], "known": {},
             "free": [], "validation": 0, "starts": 0, "options": {"rated": 1, "width": 0.04, "play": null}}"#;
         assert_eq!(
             refused(whole, &[0.0; 4]),
             "experiment rig needs columns for time, valveVoltage, position; valveVoltage is missing"
         );
         assert_eq!(refused(whole, &[0.0; 3]), "the question is incomplete, or its samples are");
+        let cubic = whole.replace("\"play\": null", "\"inputs\": \"cubic\"");
+        assert_eq!(refused(&cubic, &[0.0; 4]), "inputs = cubic is refused: it must be hold, lines or smooth");
     }
 
     #[test]
@@ -226,10 +269,10 @@ mod tests {
             let question = format!(r#"{{"experiment": "motion", "law": 2, "known": {{}}, "signals": {signals}}}"#);
             estimable(&question).expect("an answer")
         };
-        let few = of(r#"["time", "position"]"#);
+        let few = of(r#"[["time", "s"], ["position", "m"]]"#);
         assert_eq!(few["lacking"], "experiment motion needs a column for frictionForce or force");
         assert_eq!(few["usual"], json!(["friction.coulomb.Fc", "friction.coulomb.sigma2"]));
-        let whole = of(r#"["time", "position", "force", "pressure"]"#);
+        let whole = of(r#"[["time", "s"], ["position", "m"], ["force", "N"], ["pressure", "Pa"]]"#);
         assert_eq!(whole["usual"], json!(["friction.coulomb.Fc", "friction.coulomb.sigma2", "area"]));
         let others = whole["others"].as_array().expect("names");
         for name in ["gain.force", "lag.force", "delay.position", "friction.direction.factor", "friction.kappaA"] {
@@ -237,6 +280,28 @@ mod tests {
         }
         assert!(!others.contains(&json!("lag.position")), "{others:?}");
         assert_eq!(estimable("{}"), Err("the question is incomplete".to_owned()));
+    }
+
+    #[test]
+    fn a_rotor_under_a_current_needs_an_inertia_and_a_gain() {
+        let of = |position: &str, force: &str| {
+            let signals = json!([["time", "s"], ["position", position], ["force", force]]);
+            let question = json!({ "experiment": "force", "law": 2, "known": {}, "signals": signals });
+            estimable(&question.to_string()).expect("an answer")
+        };
+        let rotor = of("deg", "mA");
+        let bench = json!({ "mass": "kg.m2", "gain.force": "N.m/A", "spring": "N.m/rad", "springRest": "rad" });
+        assert_eq!(rotor["bench"], bench);
+        assert_eq!(
+            [&rotor["units"]["friction.coulomb.Fc"], &rotor["units"]["offset.force"]],
+            [&json!("N.m"), &json!("A")]
+        );
+        assert_eq!(of("mm", "N")["bench"]["incline"], "rad");
+        let rig = json!({ "experiment": "rig", "law": 2, "known": {}, "signals": [["position", "deg"]] });
+        let lacking = &estimable(&rig.to_string()).expect("an answer")["lacking"];
+        assert!(
+            lacking.as_str().expect("a text").starts_with("position is in rad, which only the experiment force takes")
+        );
     }
 
     #[test]

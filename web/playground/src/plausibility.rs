@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use pneumatic_servo_fit::experiment::{Given, Kind, Options};
+use pneumatic_servo_fit::machine_units::{MachineUnits, si_of};
 use pneumatic_servo_fit::plausibility::{Facts, Finding, Remedy, Source, Written, check};
 use pneumatic_servo_fit::record::Signals;
 use serde_json::{Value, json};
@@ -31,8 +32,12 @@ pub fn findings(question: &str, samples: &[f64]) -> Result<Value, String> {
     let written = |place: usize, unit: &String| Written { name: table.names[place].clone(), unit: unit.clone() };
     let columns: BTreeMap<String, Written> =
         chosen.iter().map(|column| (column.signal.clone(), written(column.place, &column.unit))).collect();
+    let stated: Vec<_> =
+        chosen.iter().filter_map(|one| Some((&*one.signal, si_of(&one.signal, &one.unit).ok()?))).collect();
+    // A mixture of units is told where the fit would start.
+    let units = MachineUnits::of_columns(kind, &stated).unwrap_or_default();
     let given = Given::new(kind, law, known, signals.keys().cloned(), Options::default());
-    let facts = Facts { given: &given, columns: &columns, units: &BTreeMap::new() };
+    let facts = Facts { given: &given, columns: &columns, units: &units.of_signals() };
     // Samples between the rows of other channels stand at no line.
     let is_by_row = signals.values().all(|values| values.len() == table.lines.len());
     let place = |signal: &str, row: usize| match chosen.iter().find(|column| column.signal == signal) {

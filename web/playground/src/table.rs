@@ -1,10 +1,10 @@
 //! Tables of the visitor.
 
-use pneumatic_servo_fit::calibration::hint;
+use pneumatic_servo_fit::machine_units::si_of;
 use pneumatic_servo_fit::record::unit_of;
 use pneumatic_servo_fit::signals::{ABOVE_AMBIENT, Chosen, proposed};
 use pneumatic_servo_fit::tables::{Table, read};
-use pneumatic_servo_fit::units::to_si;
+use pneumatic_servo_fit::units::{to_si, written_unit};
 use serde_json::{Value, json};
 
 /// Reads the table of a file; returns what stands in it beside its numbers, and these: its columns one after the other, and the line
@@ -55,15 +55,15 @@ pub fn table_signals(question: &str, samples: &[f64]) -> Result<(Value, Vec<f64>
     Ok((about, found.samples.concat()))
 }
 
-/// Factor and offset to the SI unit of a signal, of a unit or a calibration by two points.
+/// SI unit, and factor and offset to it, of a unit or a calibration by two points, and its name as the table of units spells it.
 ///
 /// # Errors
 /// In words for the visitor, for a unit that is none of the signal.
 pub fn scale(signal: &str, unit: &str) -> Result<Value, String> {
-    let si = unit_of(signal);
-    let scale = to_si(unit, si, signal == ABOVE_AMBIENT);
-    let (factor, offset) = scale.map_err(|problem| problem + &hint(unit, si))?;
-    Ok(json!({ "factor": factor, "offset": offset }))
+    let si = si_of(signal, unit)?;
+    let (factor, offset) = to_si(unit, si, signal == ABOVE_AMBIENT)?;
+    let name = written_unit(unit).map_or(unit, |known| known.name);
+    Ok(json!({ "name": name, "si": si, "factor": factor, "offset": offset }))
 }
 
 fn text(value: &Value) -> Option<String> {
@@ -97,9 +97,10 @@ pub(crate) fn asked(question: &Value, samples: &[f64]) -> Option<(String, Table,
         question["clocks"].as_array()?.iter().map(|pair| Some((place(&pair[0])?, place(&pair[1]).filter(is_there)?)));
     let of = |one: &Value| {
         let signal = text(&one["signal"])?;
-        let si = unit_of(&signal).to_owned();
+        let unit = text(&one["unit"])?;
+        let si = si_of(&signal, &unit).unwrap_or_else(|_| unit_of(&signal)).to_owned();
         let place = place(&one["place"]).filter(is_there)?;
-        Some(Chosen { signal, place, unit: text(&one["unit"])?, si, is_turned: one["turned"].as_bool()? })
+        Some(Chosen { signal, place, unit, si, is_turned: one["turned"].as_bool()? })
     };
     let chosen = question["chosen"].as_array()?.iter().map(of).collect::<Option<_>>()?;
     let table = Table {
@@ -131,6 +132,8 @@ mod tests {
         assert_eq!(of("pressure", "bara"), Ok([Some(1e5), Some(-101_325.0)]));
         assert_eq!(of("chamberA.pressure", "barg"), Ok([Some(1e5), Some(101_325.0)]));
         assert!(of("position", "V").expect_err("a refusal").contains("calibration"));
+        let angle = scale("position", "\u{b0}").expect("a unit");
+        assert_eq!([&angle["name"], &angle["si"]], ["deg", "rad"]);
     }
 
     #[test]

@@ -5,9 +5,10 @@ use std::collections::BTreeMap;
 use pneumatic_servo::model::Model;
 use pneumatic_servo::models;
 use pneumatic_servo::variables::{Enumeration, Kind, Role, Table, Unit, Variable};
-use pneumatic_servo_fit::experiment::{self, KINDS};
+use pneumatic_servo_fit::experiment::{self, KINDS, Offered, Range};
+use pneumatic_servo_fit::machine_units::ALSO;
 use pneumatic_servo_fit::record::UNITS;
-use pneumatic_servo_fit::units::{PARTS, WHOLE, WRITTEN_UNITS, WrittenUnit};
+use pneumatic_servo_fit::units::{PARTS, WHOLE, WRITTEN_UNITS, WrittenUnit, written_unit};
 use serde_json::{Value, json};
 
 /// Models with their variables, enumerations and units; models and variables in the order in which they are numbered.
@@ -41,7 +42,26 @@ fn experiment(kind: &experiment::Kind) -> Value {
         "model": kind.table,
         "signals": kind.signals().collect::<Vec<_>>(),
         "machine": kind.machine,
-        "options": kind.options(),
+        "options": kind.options().map(option).collect::<Vec<_>>(),
+        "also": if kind.may_rotate() { json!(BTreeMap::from(ALSO)) } else { json!({}) },
+    })
+}
+
+/// An option of a fit: a number in a unit, or one of items.
+fn option(of: &Offered) -> Value {
+    let (unit, is_positive, items) = match of.range {
+        Range::Numbers { unit, is_positive } => (Some(unit), is_positive, None),
+        Range::Items(items) => (None, false, Some(items)),
+    };
+    let si = unit.and_then(written_unit).map(|unit| unit.si);
+    json!({
+        "name": of.name,
+        "about": of.about,
+        "usual": of.usual,
+        "unit": unit,
+        "si": si,
+        "isPositive": is_positive,
+        "items": items,
     })
 }
 
@@ -153,8 +173,17 @@ mod tests {
             }
         }
         let of = |name: &str| experiments.iter().find(|one| one["name"] == name).expect("an experiment");
-        assert_eq!(of("points")["options"], json!(["rated"]));
-        assert_eq!(of("motion")["options"], json!(["width", "rated", "play"]));
+        let options = |name: &str| -> Vec<String> {
+            let all = of(name)["options"].as_array().expect("options").iter();
+            all.map(|option| option["name"].as_str().expect("a name").to_owned()).collect()
+        };
+        assert_eq!(options("points"), ["rated"]);
+        assert_eq!(options("motion"), ["width", "rated", "play", "segment"]);
+        assert_eq!(options("force"), ["width", "smoothing", "rated", "segment", "inputs"]);
+        assert_eq!(options("mechanical"), ["width", "smoothing", "segment"]);
+        assert_eq!(options("rig"), ["width", "segment", "inputs"]);
+        assert_eq!(of("rig")["options"][1]["si"], "s");
+        assert_eq!((&of("force")["also"]["position"], &of("rig")["also"]), (&json!(["rad"]), &json!({})));
         assert_eq!(of("force")["signals"], json!(["time", "force", "position", "velocity", "normalForce"]));
     }
 
