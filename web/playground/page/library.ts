@@ -6,7 +6,7 @@ import type { Finding } from "./fit/findings";
 import type { Signal } from "./fit/signals";
 import type { Table } from "./fit/table";
 import { model } from "./tables";
-import type { Scale } from "./units";
+import type { SignalScale } from "./units";
 
 interface Exports extends WebAssembly.Exports {
   memory: WebAssembly.Memory;
@@ -46,13 +46,14 @@ export class Refusal extends Error {
 }
 
 /**
- * Parameters that a fit estimates unless others are chosen, others of sensors and of a bench, units of what may be known of the bench,
- * and what its signals lack.
+ * Parameters that a fit estimates unless others are chosen, others of sensors and of a bench, units of what may be known of the bench
+ * and of all these, and what its signals lack.
  */
 export interface Estimable {
   usual: string[];
   others: string[];
   bench: Record<string, string>;
+  units: Record<string, string>;
   lacking: string | null;
 }
 
@@ -160,9 +161,9 @@ export class Library {
     return { text, curves: new Float64Array(exports.memory.buffer, exports.playground_curves()) };
   }
 
-  /** Parameters that a fit may estimate, and why its signals are too few, or null. */
-  estimable(experiment: string, law: number, known: Values, signals: readonly string[]): Estimable {
-    this.ask(JSON.stringify({ experiment, law, known: Object.fromEntries(known), signals }), []);
+  /** Parameters that a fit may estimate with columns in these units, and why its signals are too few, or null. */
+  estimable(experiment: string, law: number, known: Values, units: ReadonlyMap<Signal, string>): Estimable {
+    this.ask(JSON.stringify({ experiment, law, known: Object.fromEntries(known), signals: [...units] }), []);
     this.demand(this.exports.playground_estimable());
     return JSON.parse(this.text());
   }
@@ -197,8 +198,8 @@ export class Library {
     return JSON.parse(this.text());
   }
 
-  /** How readings in a unit, or with a calibration by two points, are turned into the SI unit of a signal. Throws a refusal. */
-  scale(signal: Signal, unit: string): Scale {
+  /** How readings in a unit, or with a calibration by two points, are turned into an SI unit of a signal. Throws a refusal. */
+  scale(signal: Signal, unit: string): SignalScale {
     this.ask(`${signal}\0${unit}\0`, []);
     this.demand(this.exports.playground_scale());
     return JSON.parse(this.text());

@@ -1,6 +1,8 @@
 // Settings of the page, as a link restores them.
 
 import { experiment, isSettable, model, type Tables, type Variable } from "./tables";
+import { linkedOption, optionsOf, type Options } from "./fit/options";
+import { rangesOf } from "./fit/table";
 import { FIRST_CODE, type Result } from "./race/rules";
 import { STORIES } from "./stories";
 import { along, KINDS, POINTS, type Kind, type Signal } from "./signal";
@@ -27,6 +29,11 @@ const BENCH_LAW = 17;
 /** Keys of a link whose values are numbers, besides those of variables. */
 const NUMBERS = new Set(["level", "amplitude", "period", "centring", "second", "dither", "integralStop"]);
 
+/** Begin of the keys of fixed values of a bench and of sensors. */
+const GIVEN = "known.";
+/** Most lines of a range of rows that are left out. */
+const MOST_LINES = 1_000_000;
+
 export type Racer = "hand" | "code";
 
 export class Settings {
@@ -38,6 +45,14 @@ export class Settings {
   /** The experiment of a fit, and the parameters that are free in it; by default the usual ones of the law. */
   experiment = "rig";
   free: readonly string[] | null = null;
+  /** Options of a fit that are no defaults. */
+  readonly options: Options = new Map();
+  /** Fixed values of a bench and of sensors by name, in SI units, which the model does not have, or has no default of. */
+  readonly beside = new Map<string, number>();
+  /** Lines of the table whose rows are left out, in their order. */
+  leftOut: readonly number[] = [];
+  /** Whether these came with a link, for a table that is not open yet. */
+  isOfLink = false;
   /** Racer: the hand of the visitor, or a program. */
   racer: Racer = "hand";
   code = FIRST_CODE;
@@ -89,6 +104,10 @@ export class Settings {
     if (this.view === "fit") {
       link.set("experiment", this.experiment);
       if (this.free) link.set("free", this.free.join(" "));
+      for (const { name } of optionsOf(this.tables, this.experiment)) if (this.options.has(name)) link.set(name, String(this.options.get(name)));
+      for (const [name, value] of this.beside) link.set(`${GIVEN}${name}`, String(value));
+      const lines = rangesOf(this.leftOut).map(([first, last]) => (first === last ? String(first) : `${first}-${last}`));
+      if (lines.length) link.set("leftOut", lines.join(" "));
     } else if (this.view === "race") {
       const result = this.best ?? this.toBeat;
       link.set("racer", this.racer);
@@ -128,6 +147,10 @@ export class Settings {
     if (link.has("signal")) signal.centring = 0;
     this.experiment = this.tables.experiments.find(({ name }) => name === link.get("experiment"))?.name ?? "rig";
     this.free = null;
+    this.options.clear();
+    this.beside.clear();
+    this.leftOut = [];
+    this.isOfLink = true;
     this.racer = "hand";
     this.toBeat = this.best = null;
     for (const of of this.models) this.forget(of);
@@ -160,6 +183,10 @@ export class Settings {
     if (key === "free" && this.view === "fit") {
       this.free = text.split(" ").filter(Boolean);
       return null;
+    }
+    if (this.view === "fit") {
+      const problem = this.takeOfFit(key, text);
+      if (problem !== undefined) return problem;
     }
     if (key === "racer" && this.view === "race") {
       if (text === "hand" || text === "code") this.racer = text;
@@ -206,6 +233,33 @@ export class Settings {
     }
     const [of, known] = this.entry(key) ?? [];
     if (of && known) this.give(of, known, value);
+    return null;
+  }
+
+  /** Takes over an option, a fixed value, or the rows that are left out of a fit; nothing for another key. */
+  private takeOfFit(key: string, text: string): string | null | undefined {
+    const option = optionsOf(this.tables, this.experiment).find(({ name }) => name === key);
+    if (option) {
+      try {
+        this.options.set(key, linkedOption(option, text));
+        return null;
+      } catch (error) {
+        return (error as Error).message;
+      }
+    }
+    if (key.startsWith(GIVEN)) {
+      const value = text.trim() === "" ? NaN : Number(text);
+      if (!Number.isFinite(value)) return `${key} = ${text} is no number`;
+      this.beside.set(key.slice(GIVEN.length), value);
+      return null;
+    }
+    if (key !== "leftOut") return undefined;
+    if (!/^\d+(-\d+)?( \d+(-\d+)?)*$/.test(text)) return `leftOut = ${text} are no lines of a table`;
+    const lines = text.split(" ").flatMap((range) => {
+      const [first, last = first] = range.split("-").map(Number);
+      return Array.from({ length: Math.min(last - first + 1, MOST_LINES) }, (_, place) => first + place);
+    });
+    this.leftOut = [...new Set(lines)].sort((one, other) => one - other);
     return null;
   }
 

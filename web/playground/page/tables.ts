@@ -29,7 +29,22 @@ export interface Experiment {
   /** Parameters that each machine has of its own. */
   machine: string[];
   /** The options of the use of the data that act in it. */
-  options: ("width" | "rated" | "play")[];
+  options: FitOption[];
+  /** Other SI units that its signals may have, of a machine that rotates and of a motor's current. */
+  also: Record<string, string[]>;
+}
+
+/** An option of a fit: a number, or one of items. */
+export interface FitOption {
+  name: string;
+  about: string;
+  /** The default in SI units; null where the data or the experiment choose. */
+  usual: number | null;
+  /** The unit in which a number is written, and its SI unit; null without. */
+  unit: string | null;
+  si: string | null;
+  isPositive: boolean;
+  items: string[] | null;
 }
 
 /** Other spellings of parts of units and of whole units, and their own. */

@@ -8,6 +8,12 @@ export interface Scale {
   offset: number;
 }
 
+/** The same for readings of a signal: the SI unit, and the unit as the table of the library spells it. */
+export interface SignalScale extends Scale {
+  si: string;
+  name: string;
+}
+
 /** The units of an SI unit by name, itself first, then those in which the library shows values. */
 export function unitsOf({ units, written }: Tables, si: string): Map<string, Scale> {
   const own = written.filter((unit) => unit.si === si);

@@ -2,8 +2,9 @@
 
 import { Refusal, type Library } from "../library";
 import type { Signal } from "./signals";
+import type { Experiment } from "../tables";
 import { TableError, type Table } from "./table";
-import { plain, unitsOf, type Scale } from "../units";
+import { unitsOf, type SignalScale } from "../units";
 
 /** A column, its unit, and whether its sign is the opposite of ours. */
 export interface Column {
@@ -15,7 +16,7 @@ export interface Column {
 export type Columns = Map<Signal, Column>;
 
 /** How a unit of a signal, or a calibration, is turned into the SI unit, or why it is refused. */
-export function scaleOf(library: Library, signal: Signal, unit: string): Scale | string {
+export function scaleOf(library: Library, signal: Signal, unit: string): SignalScale | string {
   try {
     return library.scale(signal, unit);
   } catch (error) {
@@ -26,10 +27,15 @@ export function scaleOf(library: Library, signal: Signal, unit: string): Scale |
 
 /** The name of a unit of a signal, however it is spelled, or a calibration; null if it is neither. */
 function knownUnit(library: Library, unit: string, signal: Signal): string | null {
-  const { tables } = library;
-  const name = plain(tables.spellings, unit);
-  if (unitsOf(tables, tables.signals[signal]).has(name)) return name;
-  return typeof scaleOf(library, signal, unit) === "string" ? null : unit;
+  const scale = scaleOf(library, signal, unit);
+  return typeof scale === "string" ? null : scale.name;
+}
+
+/** SI units that a signal may have in an experiment, and the one in which it is written, each with its units. */
+export function unitNames({ tables }: Library, { also }: Experiment, signal: Signal, written: string | undefined): string[] {
+  const names = [tables.signals[signal], ...(also[signal] ?? [])].flatMap((si) => [...unitsOf(tables, si).keys()]);
+  const isOther = !names.includes(written ?? "") && tables.written.some(({ name }) => name === written);
+  return written !== undefined && isOther ? [...names, written] : names;
 }
 
 /** The unit that a table writes for a column, if it is one of a signal. */

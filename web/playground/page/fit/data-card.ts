@@ -3,7 +3,7 @@
 import { element, segments } from "../dom";
 import { fileDrop } from "../file-drop";
 import { experiment, short } from "../tables";
-import { scaleOf, writtenUnit } from "./columns";
+import { scaleOf, unitNames, writtenUnit } from "./columns";
 import type { Signal } from "./signals";
 import type { FitContext } from "./study";
 import type { Table } from "./table";
@@ -46,9 +46,10 @@ export function columnTable(context: FitContext): HTMLElement | null {
 }
 
 function row(context: FitContext, table: Table, signal: Signal): HTMLElement {
-  const { study, library } = context;
-  const si = library.tables.signals[signal];
+  const { study, library, settings } = context;
   const column = study.columns.get(signal);
+  const scale = column && scaleOf(library, signal, column.unit);
+  const si = (typeof scale === "object" && scale.si) || library.tables.signals[signal];
   const change = (next: typeof column) => {
     if (next) study.columns.set(signal, next);
     else study.columns.delete(signal);
@@ -62,11 +63,11 @@ function row(context: FitContext, table: Table, signal: Signal): HTMLElement {
     const unit = writtenUnit(library, table, place, signal) ?? si;
     change(place < 0 ? undefined : { place, unit, turned: false });
   });
-  const scales = unitsOf(library.tables, si);
+  const names = unitNames(library, experiment(library.tables, settings.experiment), signal, column?.unit);
   const units = element("select", { "aria-label": `Unit of ${signal}` });
-  for (const name of scales.keys()) units.append(element("option", { value: name }, name));
+  for (const name of names) units.append(element("option", { value: name }, name));
   if (signal !== "time") units.append(element("option", { value: BY_TWO_POINTS }, "two points"));
-  const isCalibrated = column !== undefined && !scales.has(column.unit);
+  const isCalibrated = column !== undefined && !names.includes(column.unit);
   units.value = isCalibrated ? BY_TWO_POINTS : (column?.unit ?? si);
   const written = column ? writtenUnit(library, table, column.place, signal) : null;
   units.disabled = !column;
@@ -76,7 +77,6 @@ function row(context: FitContext, table: Table, signal: Signal): HTMLElement {
   turned.checked = column?.turned ?? false;
   turned.disabled = !column || signal === "time";
   turned.addEventListener("change", () => column && change({ ...column, turned: turned.checked }));
-  const scale = column && scaleOf(library, signal, column.unit);
   const first = column && scale && typeof scale !== "string" ? (column.turned ? -1 : 1) * (table.columns[column.place][0] * scale.factor + scale.offset) : null;
   const cells: (Node | string)[] = [
     columns,

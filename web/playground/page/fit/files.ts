@@ -4,6 +4,7 @@ import type { Files } from "../context";
 import { dictionary } from "../python";
 import { lawName, model } from "../tables";
 import type { FitContext, Found } from "./study";
+import { rangesOf } from "./table";
 
 export function filesOf(context: FitContext, found: Found): Omit<Files, "charts"> {
   const { library, study } = context;
@@ -17,8 +18,8 @@ export function filesOf(context: FitContext, found: Found): Omit<Files, "charts"
     },
     get ssv() {
       const values = fittedValues(context, found);
-      const about = `Fitted parameters of ${study.modelName}`;
-      return library.ssv(`${base}-fitted`, about, [{ model: study.modelName, prefix: "", values }], new Date());
+      const about = [`Fitted parameters of ${study.modelName}`, found.answer.unitsTold].filter(Boolean);
+      return library.ssv(`${base}-fitted`, about.join(", "), [{ model: study.modelName, prefix: "", values }], new Date());
     },
     get python() {
       return program(context, found, `${base}-fitted`);
@@ -47,11 +48,10 @@ function curves({ question, answer }: Found): string {
 }
 
 /** Rising numbers as ranges of Python, each without its end. */
-function ranges(numbers: readonly number[]): string {
-  const firsts = numbers.filter((number, place) => number !== numbers[place - 1] + 1);
-  const lasts = numbers.filter((number, place) => number !== numbers[place + 1] - 1);
-  return firsts.map((first, place) => `${first}:${lasts[place] + 1}`).join(", ");
-}
+const ranges = (numbers: readonly number[]): string => rangesOf(numbers).map(([first, last]) => `${first}:${last + 1}`).join(", ");
+
+/** An option in Python. */
+const literal = (value: number | string): string => (typeof value === "number" ? String(value) : ({ on: "True", off: "False" }[value] ?? JSON.stringify(value)));
 
 /** A program for the Python package that makes the same fit. */
 function program({ library, study }: FitContext, { question, columns, table, leftOut }: Found, name: string): string {
@@ -66,7 +66,7 @@ function program({ library, study }: FitContext, { question, columns, table, lef
   const further = [
     `validation=${question.validation}`,
     `starts=${question.starts}`,
-    ...Object.entries(options).flatMap(([name, value]) => (value === null ? [] : [`${name}=${value}`])),
+    ...Object.entries(options).map(([name, value]) => `${name}=${literal(value)}`),
   ];
   const file = JSON.stringify(question.file);
   const [imports, reading, data] = leftOut.length

@@ -2,10 +2,9 @@
 
 import { element } from "../dom";
 import { model, short } from "../tables";
-import { unitsOf } from "../units";
+import { scaleOf } from "./columns";
 import type { Signal } from "./signals";
 import type { FitContext } from "./study";
-import { without } from "./table";
 
 export type Remedy =
   | { kind: "unit"; signal: Signal; unit: string }
@@ -40,19 +39,21 @@ export function findingList(context: FitContext): HTMLElement | null {
   return element("div", { role: "alert", "aria-label": "Findings about the record" }, list);
 }
 
-/** Gains and offsets of sensors that remedies have set, and rows that they have left out, which no other part of the page shows. */
-export function sensorList({ study, library }: FitContext): HTMLElement | null {
-  const leftOut = study.leftOut.length;
-  if (!study.sensors.size && !leftOut) return null;
-  const told = [...study.sensors].map(([name, value]) => {
-    const [kind, ...signal] = name.split(".");
-    return `${name} = ${short(value, 6)}${kind === "offset" ? ` ${library.tables.signals[signal.join(".")]}` : ""}`;
+/** Properties of sensors that remedies or a link have set, and rows that are left out, which no other part of the page shows. */
+export function sensorList({ study, settings }: FitContext): HTMLElement | null {
+  const { bench, units } = study.estimable;
+  const leftOut = settings.leftOut.length;
+  const sensors = [...settings.beside].filter(([name]) => !(name in bench));
+  if (!sensors.length && !leftOut) return null;
+  const told = sensors.map(([name, value]) => {
+    const unit = units[name] ?? "1";
+    return `${name} = ${short(value, 6)}${unit === "1" ? "" : ` ${unit}`}`;
   });
   if (leftOut) told.push(`${leftOut} ${leftOut === 1 ? "row" : "rows"} left out`);
   const forget = () => {
-    study.sensors.clear();
-    study.table = study.whole;
-    study.shown();
+    for (const [name] of sensors) settings.beside.delete(name);
+    settings.leftOut = [];
+    study.changed();
   };
   return element("p", { class: "sensors" }, `Corrected readings: ${told.join(", ")} `, element("button", { type: "button", onclick: forget }, "Take them as they are"));
 }
@@ -80,13 +81,13 @@ function named({ library }: FitContext, remedy: Remedy): string {
 
 /** Changes columns, sensors or settings as a remedy says. */
 function follow(context: FitContext, remedy: Remedy): void {
-  const { study, library } = context;
+  const { study, library, settings } = context;
   const { columns } = study;
   const change = (signal: Signal, changes: { unit: string } | { turned: boolean }) => {
     const column = columns.get(signal);
     if (column) columns.set(signal, { ...column, ...changes });
   };
-  if (remedy.kind === "unit" && unitsOf(library.tables, library.tables.signals[remedy.signal]).has(remedy.unit)) change(remedy.signal, { unit: remedy.unit });
+  if (remedy.kind === "unit" && typeof scaleOf(library, remedy.signal, remedy.unit) !== "string") change(remedy.signal, { unit: remedy.unit });
   if (remedy.kind === "turn") change(remedy.signal, { turned: !columns.get(remedy.signal)?.turned });
   if (remedy.kind === "swap") {
     const [one, other] = remedy.signals;
@@ -96,13 +97,16 @@ function follow(context: FitContext, remedy: Remedy): void {
       columns.set(other, first);
     }
   }
-  if (remedy.kind === "remove" && study.table) study.table = without(study.table, remedy.rows);
+  if (remedy.kind === "remove") {
+    const lines = remedy.rows.flatMap((row) => study.table?.lines[row] ?? []);
+    settings.leftOut = [...settings.leftOut, ...lines].sort((one, other) => one - other);
+  }
   if (remedy.kind === "set") {
     const { variables } = model(library.tables, study.modelName);
     for (const [name, value] of remedy.values) {
       if (variables.some((variable) => variable.name === name)) context.change(study.modelName, name, value);
-      else study.sensors.set(name, value);
+      else settings.beside.set(name, value);
     }
   }
-  study.shown();
+  study.changed();
 }

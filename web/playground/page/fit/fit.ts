@@ -3,22 +3,14 @@
 import type { Library } from "../library";
 import type { Signal, Signals } from "./signals";
 
-/** Options of the use of the data, as far as they act in the experiment. */
-export interface Options {
-  /** Normal force in N at which the load factor is 1. */
-  rated?: number;
-  /** Width in s of the parabolas that give velocities. */
-  width?: number;
-  /** Play in m that hides the jitter of a position at rest; by default three times its noise. */
-  play?: number | null;
-}
-
 export interface Question {
   file: string;
   experiment: string;
   /** Number of the friction law. */
   law: number;
   signals: Signals;
+  /** The units of their columns. */
+  units: ReadonlyMap<Signal, string>;
   /** Parameters that are known, in SI units; of those that are free the starts. */
   known: ReadonlyMap<string, number>;
   free: readonly string[];
@@ -26,7 +18,8 @@ export interface Question {
   validation: number;
   /** Random starts beside that from the data. */
   starts: number;
-  options: Options;
+  /** Chosen options of the use of the data, as far as they act in the experiment. */
+  options: Record<string, number | string>;
 }
 
 export interface Estimate {
@@ -56,6 +49,9 @@ export interface Answer {
   rms: Map<Signal, number>;
   validationRms: Map<Signal, number>;
   notes: string[];
+  /** SI units of the readings of signals, and a note where the machine rotates. */
+  units: Record<Signal, string>;
+  unitsTold: string | null;
   /** The start in s of the validation data, of points the number of their first row; null without. */
   validationFrom: number | null;
   /** Verdict on the fit: a light, its meaning, and the reasons, the worst first. */
@@ -97,8 +93,8 @@ interface WrittenAnswer extends Omit<Answer, "estimates" | "rms" | "validationRm
 
 /** Fits; throws a refusal for data and choices that cannot be used. */
 export function fit(library: Library, question: Question, tell: (progress: Progress) => void): Answer {
-  const { signals, known, ...others } = question;
-  const asked = JSON.stringify({ ...others, signals: [...signals.keys()], known: Object.fromEntries(known) });
+  const { signals, known, units, ...others } = question;
+  const asked = JSON.stringify({ ...others, signals: [...units], known: Object.fromEntries(known) });
   const { text, curves } = library.fit(asked, [...signals.values()], (progress) => tell(JSON.parse(progress)));
   const { signals: compared, lengths, ...answer }: WrittenAnswer = JSON.parse(text);
   const bySignal = (values: Record<Signal, Written>) =>

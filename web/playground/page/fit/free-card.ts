@@ -1,8 +1,10 @@
 // The card of estimated parameters, and of the use of the data.
 
 import { element } from "../dom";
-import { experiment, model, short } from "../tables";
-import type { Choices, FitContext } from "./study";
+import { model, short } from "../tables";
+import { Mistyped } from "../typed";
+import { optionsOf, shownUnit, typedOption, type Option } from "./options";
+import type { FitContext } from "./study";
 
 /** Parameters that may be free, with those that usually are first; others are added by name. */
 export function freeList(context: FitContext): HTMLElement {
@@ -52,58 +54,37 @@ function describe({ study, settings, library }: FitContext, name: string): strin
   const found = model(library.tables, study.modelName).variables.find((entry) => entry.name === name);
   const start = settings.values[study.modelName].get(name);
   if (!found) return name;
-  return `${found.description}, in ${found.of}${start === undefined ? "" : `; the search starts at ${short(start)}`}`;
+  return `${found.description}, in ${study.estimable.units[name] ?? found.of}${start === undefined ? "" : `; the search starts at ${short(start)}`}`;
 }
-
-interface Entry {
-  key: keyof Choices;
-  label: string;
-  unit: string;
-  /** The number in SI units is the shown one times this. */
-  factor: number;
-  title: string;
-  least: number;
-  below: number;
-}
-
-const ENTRIES: Entry[] = [
-  { key: "validation", label: "Validation", unit: "%", factor: 1e-2, title: "Share of the record at its end that is predicted, not fitted", least: 0, below: 100 },
-  { key: "starts", label: "Random starts", unit: "", factor: 1, title: "Used where the start from the data leaves more than noise", least: 0, below: 1001 },
-  { key: "width", label: "Smoothing", unit: "ms", factor: 1e-3, title: "Width of the parabolas that give velocities", least: 1e-3, below: 1e5 },
-  { key: "rated", label: "Rated load", unit: "N", factor: 1, title: "Normal force at which the load factor is 1", least: 1e-9, below: 1e12 },
-  { key: "play", label: "Play", unit: "um", factor: 1e-6, title: "Hides the jitter of a position at rest; empty: three times its noise", least: 0, below: 1e9 },
-];
 
 /** Options of the use of the data. */
 export function choices({ study, settings, library }: FitContext): HTMLElement {
-  const { options } = experiment(library.tables, settings.experiment);
-  const isShown = ({ key }: Entry) => key === "validation" || key === "starts" || options.includes(key);
-  const fields = ENTRIES.filter(isShown).map((entry) => {
-    const { key, label, unit, factor, title, least, below } = entry;
-    const value = study.choices[key];
-    const input = element("input", {
-      type: "text",
-      inputmode: "decimal",
-      "aria-label": label,
-      value: value === null ? "" : String(Number((value / factor).toPrecision(12))),
-      onchange: () => {
-        const text = input.value.trim();
-        const isEmpty = text === "" && key === "play";
-        const number = text === "" ? NaN : Number(text);
-        const isWhole = key !== "starts" || Number.isInteger(number);
-        const isFine = isEmpty || (number >= least && number < below && isWhole);
-        input.toggleAttribute("aria-invalid", false);
-        if (!isFine) {
-          input.setAttribute("aria-invalid", "true");
-          problem.textContent = `${label} = ${text} ${unit} is refused: it must be at least ${least} and below ${below}${key === "starts" ? ", and whole" : ""}`;
-          return;
-        }
-        problem.textContent = "";
-        Object.assign(study.choices, { [key]: isEmpty ? null : number * factor });
-      },
-    });
-    return element("label", { class: "option", title }, element("span", {}, label), input, element("span", { class: "unit" }, unit));
-  });
+  const { tables } = library;
   const problem = element("p", { class: "problem", role: "alert" });
+  const take = (option: Option, input: HTMLInputElement | HTMLSelectElement) => {
+    try {
+      const value = typedOption(tables, option, input.value);
+      if (value === null || value === option.usual) settings.options.delete(option.name);
+      else settings.options.set(option.name, value);
+      input.removeAttribute("aria-invalid");
+      problem.textContent = "";
+      study.context.changed();
+    } catch (error) {
+      if (!(error instanceof Mistyped)) throw error;
+      input.setAttribute("aria-invalid", "true");
+      problem.textContent = error.message;
+    }
+  };
+  const fields = optionsOf(tables, settings.experiment).map((option) => {
+    const { name, about, items, usual } = option;
+    const value = settings.options.get(name) ?? usual;
+    const { name: unit, factor } = shownUnit(tables, option);
+    const attributes = { "aria-label": name, onchange: () => take(option, input) };
+    const input: HTMLInputElement | HTMLSelectElement = items
+      ? element("select", attributes, ...["", ...items].map((item) => element("option", { value: item }, item || "automatic")))
+      : element("input", { type: "text", inputmode: "decimal", placeholder: usual === null ? "automatic" : "", ...attributes });
+    input.value = typeof value === "number" ? String(Number((value / factor).toPrecision(12))) : (value ?? "");
+    return element("label", { class: "option", title: about }, element("span", {}, name), input, element("span", { class: "unit" }, unit));
+  });
   return element("details", { class: "options" }, element("summary", {}, "Options of the fit"), element("div", { class: "gains" }, ...fields), problem);
 }

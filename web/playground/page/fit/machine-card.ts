@@ -27,9 +27,9 @@ function field(context: FitContext, name: string, ofBench: string | undefined, p
   const entry = model(tables, study.modelName).variables.find((variable) => variable.name === name);
   const si = ofBench ?? entry?.of ?? "1";
   const units = unitsOf(tables, si);
-  const unit = study.units.get(name) ?? entry?.display ?? si;
+  const unit = [study.units.get(name), entry?.display].find((known) => known && units.has(known)) ?? si;
   const { factor, offset } = units.get(unit) ?? { factor: 1, offset: 0 };
-  const given = study.bench.get(name) ?? settings.values[study.modelName].get(name);
+  const given = settings.beside.get(name) ?? settings.values[study.modelName].get(name);
   const value = given ?? (ofBench === undefined ? entry?.start : null) ?? null;
   const input = element("input", {
     type: "text",
@@ -39,13 +39,13 @@ function field(context: FitContext, name: string, ofBench: string | undefined, p
     onchange: () => {
       const shown = { name: unit, factor: 1 / factor, offset: -offset / factor };
       try {
-        if (ofBench !== undefined) study.bench.delete(name);
+        if (ofBench !== undefined) settings.beside.delete(name);
         if (ofBench === undefined || input.value.trim() !== "") {
           const number = factor * typed(input.value, unit, typedAs(tables, si, shown), (other) => plain(tables.spellings, other)) + offset;
           if (ofBench === undefined) context.change(study.modelName, name, number);
-          else study.bench.set(name, number);
+          else settings.beside.set(name, number);
         }
-        if (ofBench !== undefined) study.shown();
+        if (ofBench !== undefined) study.changed();
       } catch (error) {
         if (!(error instanceof Refusal || error instanceof Mistyped)) throw error;
         input.setAttribute("aria-invalid", "true");

@@ -22,10 +22,10 @@ function report(context: FitContext, found: Found): HTMLElement {
   const of = model(tables, study.modelName);
   const known = [...question.known].filter(([name]) => !question.free.includes(name));
   const given = known.map(([name, value]) => {
-    const unit = of.variables.find((entry) => entry.name === name)?.of ?? "1";
+    const unit = found.units[name] ?? of.variables.find((entry) => entry.name === name)?.of ?? "1";
     return `${name} = ${short(value, 6)}${unit === "1" ? "" : ` ${unit}`}`;
   });
-  const charts = curves(context, found);
+  const charts = curves(found);
   const figure = element("div", { class: "figures" });
   // One below the other, the signals on the left and their residuals on the right.
   for (const chart of charts) {
@@ -39,7 +39,7 @@ function report(context: FitContext, found: Found): HTMLElement {
     element("h1", {}, `${lawName(tables, question.law)} fitted to ${question.file}`),
     ...verdictLines(answer),
     estimateTable(context, answer),
-    residualTable(context, answer),
+    residualTable(answer),
     element("p", {}, `Known: ${given.join(", ") || "nothing"}.`),
     ...noted(found).map((note) => element("p", {}, note)),
     figure,

@@ -3,7 +3,7 @@
 import { PathChart, TimeChart, type Chart } from "../charts";
 import { element } from "../dom";
 import { Refusal } from "../library";
-import { displayUnit, items, model, short, type Tables } from "../tables";
+import { displayUnit, items, model, short } from "../tables";
 import { toSi, unitsOf } from "../units";
 import { scaleOf, type Column } from "./columns";
 import type { Answer, Course, Estimate } from "./fit";
@@ -17,12 +17,12 @@ const DRAWN = 4000;
 /** Units of the signals in charts, by SI unit. */
 const SHOWN: Record<string, [string, number]> = { m: ["mm", 1e3], "m/s": ["mm/s", 1e3], Pa: ["bar", 1e-5] };
 
-const shownIn = ({ signals }: Tables, signal: Signal): [string, number] => SHOWN[signals[signal]] ?? [signals[signal], 1];
+const shownIn = (si: string): [string, number] => SHOWN[si] ?? [si, 1];
 
 /** The tables of a fit, and the button that gives its values to the other pages. */
 export function resultTables(context: FitContext, { question, answer }: Found, print: () => void): HTMLElement {
   const estimates = estimateTable(context, answer);
-  const left = residualTable(context, answer);
+  const left = residualTable(answer);
   const others = answer.findings.slice(1).filter((text) => text !== answer.cause);
   const notes = [
     ...others.map(ended),
@@ -47,8 +47,10 @@ export function resultTables(context: FitContext, { question, answer }: Found, p
 }
 
 /** Notes as sentences; the name of a file stays as it is. */
-export const noted = ({ question: { file }, answer: { notes } }: Pick<Found, "question" | "answer">): string[] =>
-  notes.map((note) => (note.startsWith(file) ? `${note}.` : `${note[0].toUpperCase()}${note.slice(1)}.`));
+export const noted = ({ question: { file }, answer: { notes, unitsTold } }: Pick<Found, "question" | "answer">): string[] => [
+  ...(unitsTold === null ? [] : [`Units are those ${unitsTold}.`]),
+  ...notes.map((note) => (note.startsWith(file) ? `${note}.` : `${note[0].toUpperCase()}${note.slice(1)}.`)),
+];
 
 /** What is a prediction of validation data. */
 const predicted = (from: number, hasTime: boolean): string =>
@@ -102,12 +104,12 @@ export const estimateTable = (context: FitContext, { estimates }: Answer): HTMLE
   );
 
 /** The RMS residuals of the fitted and of the validation data. */
-export const residualTable = ({ library: { tables } }: FitContext, { rms, validationRms }: Answer): HTMLElement =>
+export const residualTable = ({ rms, validationRms, units }: Answer): HTMLElement =>
   element(
     "table",
     { class: "left" },
     head("Signal", "RMS residual", "RMS residual, validation", "Unit"),
-    element("tbody", {}, ...[...rms].map(([signal, own]) => leftRow(signal, own, validationRms.get(signal), shownIn(tables, signal)))),
+    element("tbody", {}, ...[...rms].map(([signal, own]) => leftRow(signal, own, validationRms.get(signal), shownIn(units[signal])))),
   );
 
 /** A value with its interval, in the unit in which the form asks for it. */
@@ -150,12 +152,12 @@ function takeOver(context: FitContext, answer: Answer): void {
 }
 
 /** For each compared signal a chart of measured over simulated values, and one of their difference; validation data are shaded. */
-export function curves({ library: { tables } }: FitContext, { question, answer: { courses, validationFrom } }: Found): Chart<never>[] {
+export function curves({ question, answer: { courses, validationFrom, units } }: Found): Chart<never>[] {
   const signals = [...(courses[0]?.measured.keys() ?? [])];
-  const axis = axisOf(tables, question.signals);
+  const axis = axisOf(question.signals, units);
   const across = drawn(courses, ({ across: all }) => all, axis.factor, ({ across: all }) => axis.factor * all[all.length - 1]);
   return signals.flatMap((signal) => {
-    const [unit, factor] = shownIn(tables, signal);
+    const [unit, factor] = shownIn(units[signal]);
     const line = (of: (course: Course) => ArrayLike<number>) => drawn(courses, of, factor, () => NaN);
     const measured = line((course) => course.measured.get(signal) ?? []);
     const simulated = line((course) => course.simulated.get(signal) ?? []);
@@ -169,19 +171,19 @@ export function curves({ library: { tables } }: FitContext, { question, answer: 
 export function preview({ library, study: { table, columns } }: FitContext): Chart<never>[] {
   const rows = table?.lines.length ?? 0;
   const stride = Math.max(Math.ceil(rows / DRAWN), 1);
-  const taken = ([signal, { place, unit, turned }]: [Signal, Column]): [Signal, Float64Array] | null => {
+  const taken = ([signal, { place, unit, turned }]: [Signal, Column]): [Signal, Float64Array, string] | null => {
     const scale = scaleOf(library, signal, unit);
     const drawn = table?.columns[place].filter((_, row) => row % stride === 0);
-    return typeof scale !== "string" && drawn ? [signal, toSi(drawn, scale, turned)] : null;
+    return typeof scale !== "string" && drawn ? [signal, toSi(drawn, scale, turned), scale.si] : null;
   };
-  const axis = axisOf(library.tables, columns);
   const signals = [...columns].slice(0, PREVIEWED + 1).flatMap((column) => [taken(column)].filter((one) => one !== null));
+  const axis = axisOf(columns, Object.fromEntries(signals.map(([signal, , si]) => [signal, si])));
   const [, across] = signals.find(([signal]) => signal === axis.signal) ?? [];
   if (!across) return [];
   return signals
     .filter(([signal]) => signal !== axis.signal)
-    .map(([signal, values]) => {
-      const [unit, factor] = shownIn(library.tables, signal);
+    .map(([signal, values, si]) => {
+      const [unit, factor] = shownIn(si);
       const line = Array.from(values, (value) => value * factor);
       return chart(signal, unit, ["measured"], axis, Array.from(across, (value) => value * axis.factor), [line], null);
     });
@@ -194,9 +196,9 @@ interface Axis {
   factor: number;
 }
 
-function axisOf(tables: Tables, signals: ReadonlyMap<Signal, unknown>): Axis {
+function axisOf(signals: ReadonlyMap<Signal, unknown>, units: Record<Signal, string>): Axis {
   const signal = signals.has("time") ? "time" : "velocity";
-  const [unit, factor] = shownIn(tables, signal);
+  const [unit, factor] = shownIn(units[signal]);
   return { signal, unit, factor };
 }
 

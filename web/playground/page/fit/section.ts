@@ -14,7 +14,7 @@ const NEAR = 2;
 export function fitSection(context: FitContext, found: Found): string {
   const { question, answer } = found;
   const today = new Date().toISOString().slice(0, 10);
-  const charts = curves(context, found).filter(({ look }) => look.lines.length > 1);
+  const charts = curves(found).filter(({ look }) => look.lines.length > 1);
   const pictures = charts.map((chart) => {
     const picture = drawing([chart], (name) => css(name, "light"), NEAR);
     return element("img", { alt: chart.look.title, src: `data:image/svg+xml;charset=utf-8,${encodeURIComponent(picture)}` });
@@ -26,7 +26,8 @@ export function fitSection(context: FitContext, found: Found): string {
     element("p", {}, `Law ${lawName(context.library.tables, question.law)}, data ${question.file}, exported ${today}.`),
     ...verdictLines(answer),
     estimateTable(context, answer),
-    residualTable(context, answer),
+    residualTable(answer),
+    ...(answer.unitsTold === null ? [] : [element("p", {}, `Units are those ${answer.unitsTold}.`)]),
     ...pictures,
   );
   return `${section.outerHTML}\n`;

@@ -8,7 +8,9 @@ import { problemOf, proposed, type Columns } from "./columns";
 import type { Finding } from "./findings";
 import type { Answer, Progress, Question } from "./fit";
 import { begin, type Reply } from "./job";
-import type { Table } from "./table";
+import { optionsOf, type Option } from "./options";
+import type { Signal } from "./signals";
+import { without, type Table } from "./table";
 
 /** An answer with its question, its table and the columns of the signals. */
 export interface Found {
@@ -16,18 +18,10 @@ export interface Found {
   question: Question;
   columns: Columns;
   table: Table;
+  /** Units of parameters by name. */
+  units: Record<string, string>;
   /** Lines of the file whose rows were left out. */
   leftOut: readonly number[];
-}
-
-/** Choices of the use of the data. */
-export interface Choices {
-  validation: number;
-  starts: number;
-  rated: number;
-  width: number;
-  /** In m; nothing for three times the noise. */
-  play: number | null;
 }
 
 /** Work in progress. */
@@ -48,21 +42,17 @@ export interface FitContext extends Context {
 }
 
 export class Study {
-  table: Table | null = null;
   /** The table with all of its rows. */
-  whole: Table | null = null;
+  private whole: Table | null = null;
+  /** The table without the rows of some lines. */
+  private kept: { whole: Table | null; lines: readonly number[]; table: Table | null } = { whole: null, lines: [], table: null };
   columns: Columns = new Map();
-  readonly choices: Choices = { validation: 0.3, starts: 8, rated: 1, width: 0.04, play: null };
   /** Units in which parameters of the machine are asked for. */
   readonly units = new Map<string, string>();
   work: Work = { kind: "none" };
   problem: string | null = null;
   /** Findings about the record under the present columns and settings, as soon as they are known. */
   findings: readonly Finding[] = [];
-  /** Gains and offsets of sensors by name, in SI units, with which readings are corrected. */
-  readonly sensors = new Map<string, number>();
-  /** What is known of a bench by name, in SI units, that its model does not have, or has no default of. */
-  readonly bench = new Map<string, number>();
   /** The last fit, with what was asked. */
   found: Found | null = null;
   /** View of all this. */
@@ -76,7 +66,21 @@ export class Study {
   private checked = "";
   private endCheck: () => void = () => {};
 
-  constructor(private readonly context: Context) {}
+  constructor(readonly context: Context) {}
+
+  /** The table without the rows that are left out. */
+  get table(): Table | null {
+    const { whole } = this;
+    const lines = this.context.settings.leftOut;
+    if (this.kept.whole !== whole || this.kept.lines !== lines) this.kept = { whole, lines, table: whole && without(whole, lines) };
+    return this.kept.table;
+  }
+
+  /** To be called when something has changed that a link restores: it is shown. */
+  changed(): void {
+    this.context.changed();
+    this.shown();
+  }
 
   get modelName(): string {
     return this.context.settings.models[0];
@@ -92,7 +96,7 @@ export class Study {
   /** Fixed values, and starts of estimated ones, of the model, of its bench and of its sensors. */
   get known(): Map<string, number> {
     const own = [...this.context.settings.values[this.modelName]].filter(([name]) => name !== "friction.law");
-    return new Map([...own, ...this.bench, ...this.sensors]);
+    return new Map([...own, ...this.context.settings.beside]);
   }
 
   /** Checks the record if columns or settings have changed since it was checked. */
@@ -114,12 +118,6 @@ export class Study {
     });
   }
 
-  /** Lines of the file whose rows are left out. */
-  get leftOut(): number[] {
-    const kept = new Set(this.table?.lines);
-    return [...(this.whole?.lines ?? [])].filter((line) => !kept.has(line));
-  }
-
   /** Estimated parameters: the chosen ones, or the usual ones under the law. */
   get free(): readonly string[] {
     return this.context.settings.free ?? this.usual();
@@ -132,7 +130,12 @@ export class Study {
   /** Parameters that may be estimated from the columns that are chosen. */
   get estimable(): Estimable {
     const { settings, library } = this.context;
-    return library.estimable(settings.experiment, this.law, this.known, [...this.columns.keys()]);
+    return library.estimable(settings.experiment, this.law, this.known, this.unitsOfColumns);
+  }
+
+  /** Units of the columns by their signals. */
+  private get unitsOfColumns(): Map<Signal, string> {
+    return new Map([...this.columns].map(([signal, { unit }]) => [signal, unit]));
   }
 
   /** Frees a parameter, or no longer does. */
@@ -156,7 +159,7 @@ export class Study {
     const { settings } = this.context;
     settings.experiment = name;
     settings.free = null;
-    this.bench.clear();
+    settings.beside.clear();
     this.found = null;
     this.propose();
     this.context.changed();
@@ -165,15 +168,21 @@ export class Study {
   /** Takes over the columns that their names tell. */
   propose(): void {
     const { settings, library } = this.context;
-    this.sensors.clear();
     this.columns = this.table ? proposed(library, this.table, experiment(library.tables, settings.experiment).signals) : new Map();
     this.problem = this.table && problemOf(library, this.table, this.columns);
   }
 
-  /** Reads a file. */
+  /** Reads a file. What a link says of sensors and rows is for the first one. */
   open(file: File): void {
+    const { settings } = this.context;
     this.cancel();
-    this.table = null;
+    if (!settings.isOfLink) {
+      for (const [name] of settings.beside) if (!(name in this.estimable.bench)) settings.beside.delete(name);
+      settings.leftOut = [];
+      this.context.changed();
+    }
+    settings.isOfLink = false;
+    this.whole = null;
     this.found = null;
     this.findings = [];
     this.problem = null;
@@ -186,6 +195,7 @@ export class Study {
   async example(): Promise<void> {
     const { settings, library } = this.context;
     settings.experiment = "rig";
+    settings.isOfLink = false;
     const [of] = settings.models;
     const law = library.tables.enumerations.FrictionLaw.items.find(({ name }) => name === EXAMPLE.law);
     const cylinder = model(library.tables, of);
@@ -202,22 +212,28 @@ export class Study {
   get obstacle(): string | null {
     if (!this.table) return "open a table first";
     if (this.free.length === 0) return "nothing is free: choose at least one parameter";
-    return this.estimable.lacking ?? this.findings.find(({ refused }) => refused)?.text ?? null;
+    const { lacking, units } = this.estimable;
+    const stranger = [...this.context.settings.beside.keys()].find((name) => !lacking && !(name in units));
+    if (stranger !== undefined) return `${stranger} has no part in this experiment`;
+    return lacking ?? this.findings.find(({ refused }) => refused)?.text ?? null;
   }
 
   /** Fits. */
   start(): void {
     if (!this.table) return;
     const { settings, library } = this.context;
-    const { validation, starts } = this.choices;
-    const asked = { table: this.table, columns: new Map(this.columns), leftOut: this.leftOut };
+    const asked = { table: this.table, columns: new Map(this.columns), leftOut: settings.leftOut, units: this.estimable.units };
     this.problem = null;
     try {
       const { signals, others } = library.tableSignals(this.table, this.columns);
       const { law, free, known } = this;
       const of = experiment(library.tables, settings.experiment);
-      const options = Object.fromEntries(of.options.map((name) => [name, this.choices[name]]));
-      const question: Question = { file: this.table.file, experiment: of.name, law, signals, known, free, validation, starts, options };
+      const value = ({ name, usual }: Option) => settings.options.get(name) ?? usual;
+      const [validation, starts] = optionsOf(library.tables, of.name).map((option) => Number(value(option)));
+      const chosen = of.options.map((option) => [option.name, value(option)] as const);
+      const options = Object.fromEntries(chosen.flatMap(([name, own]) => (own === null ? [] : [[name, own]])));
+      const units = this.unitsOfColumns;
+      const question: Question = { file: this.table.file, experiment: of.name, law, signals, units, known, free, validation, starts, options };
       if (others.length) {
         this.problem = `${others.join(", ")}: read at other times than time; commands are held and readings run on straight lines between their samples.`;
       }
@@ -251,7 +267,7 @@ export class Study {
     this.work = { kind: "none" };
     if (reply.kind === "problem") this.problem = reply.text;
     if (reply.kind === "table") {
-      this.table = this.whole = reply.table;
+      this.whole = reply.table;
       this.propose();
     }
     if (reply.kind === "answer" && asked) this.found = { answer: reply.answer, ...asked };

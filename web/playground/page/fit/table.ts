@@ -21,10 +21,17 @@ export interface Table {
   gaps: Set<number>;
 }
 
-/** A table without some of its rows. */
-export function without(table: Table, rows: readonly number[]): Table {
-  const out = new Set(rows);
-  const isKept = (_: number, row: number): boolean => !out.has(row);
+/** Rising numbers as ranges, each with its first and its last one. */
+export function rangesOf(numbers: readonly number[]): [number, number][] {
+  const firsts = numbers.filter((number, place) => number !== numbers[place - 1] + 1);
+  const lasts = numbers.filter((number, place) => number !== numbers[place + 1] - 1);
+  return firsts.map((first, place) => [first, lasts[place]]);
+}
+
+/** A table without the rows of some lines. */
+export function without(table: Table, lines: readonly number[]): Table {
+  const out = new Set(lines);
+  const isKept = (_: number, row: number): boolean => !out.has(table.lines[row]);
   return { ...table, columns: table.columns.map((column) => column.filter(isKept)), lines: table.lines.filter(isKept) };
 }
 

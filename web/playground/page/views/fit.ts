@@ -57,7 +57,7 @@ export class Fit implements Page {
     const focused = document.activeElement?.getAttribute("aria-label");
     const law = lawChoice(context, study.modelName, "Law");
     const { found } = study;
-    this.charts = found ? curves(context, found) : preview(context);
+    this.charts = found ? curves(found) : preview(context);
     this.inform();
     this.root.replaceChildren(
       element("section", { class: "card scene" }, dropZone(context), this.findings, experimentChoice(context), columnTable(context), sensorList(context)),
