@@ -28,7 +28,7 @@ const GAINS: [(&str, &str, &str); 4] =
 
 /// Other SI units that readings of a signal may have.
 pub fn also(signal: &str) -> &'static [&'static str] {
-    ALSO.iter().find(|(name, _)| *name == signal).map_or(&[], |(_, units)| units)
+    ALSO.iter().find(|(name, _)| *name == signal).map_or(&[], |(_, units)| *units)
 }
 
 /// The SI unit that a unit of a signal, or a calibration, is converted to.
@@ -42,7 +42,7 @@ pub fn si_of(signal: &str, unit: &str) -> Result<&'static str, String> {
         Ok(_) => return Ok(own),
         Err(problem) => problem,
     };
-    if let Some(si) = others.iter().find(|si| to_si(unit, si, is_above_ambient).is_ok()) {
+    if let Some(si) = others.iter().copied().find(|si| to_si(unit, si, is_above_ambient).is_ok()) {
         return Ok(si);
     }
     let (hint, is_calibration) = (calibration::hint(unit, own), calibration::Calibration::parse(unit).is_some());
@@ -101,7 +101,7 @@ impl MachineUnits {
     /// A unit of the model, or its counterpart of a rotating machine.
     pub fn of<'a>(&self, unit: &'a str) -> &'a str {
         let counterpart = ROTATING.iter().find(|(own, _)| self.is_rotating && *own == unit);
-        counterpart.map_or(unit, |(_, other)| other)
+        counterpart.map_or(unit, |(_, other)| *other)
     }
 
     /// SI unit of the readings of a signal.
@@ -122,7 +122,7 @@ impl MachineUnits {
     /// Unit of the gain of a reading.
     pub fn of_gain(&self, signal: &str) -> &'static str {
         let (own, read) = (self.of(unit_of(signal)), self.of_signal(signal));
-        GAINS.iter().find(|(to, from, _)| (*to, *from) == (own, read)).map_or("1", |(.., unit)| unit)
+        GAINS.iter().find(|(to, from, _)| (*to, *from) == (own, read)).map_or("1", |(.., unit)| *unit)
     }
 
     /// Unit of a parameter, by its name and its unit of a machine that slides.

@@ -53,6 +53,12 @@ export async function open(browser, fragment = "", options = {}) {
   return { page, close };
 }
 
+/** The settings in the address. */
+export async function fragment(page) {
+  await page.waitForTimeout(500); // The address follows with a delay.
+  return new URLSearchParams(new URL(page.url()).hash.slice(1));
+}
+
 /** Presses one of the buttons for files, and returns name and text of the file. */
 export async function download(page, button) {
   const [file] = await Promise.all([

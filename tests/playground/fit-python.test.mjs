@@ -67,6 +67,19 @@ function axis() {
   return `t,x[mm],F[N]\n${rows.join("\n")}\n`;
 }
 
+/** A rotor of 0.02 kg.m2 under the current of a motor of 0.5 N.m/A, with friction of 0.2 N.m and 0.05 N.m.s/rad. */
+function rotor() {
+  const normal = normals();
+  const rows = Array.from({ length: 2001 }, (_, row) => {
+    const time = row * 2e-3;
+    const speed = 12 * Math.cos(4 * time) + 9 * Math.cos(11 * time);
+    const torque = 0.02 * (-48 * Math.sin(4 * time) - 99 * Math.sin(11 * time)) + 0.2 * Math.sign(speed) + 0.05 * speed;
+    const angle = 3 * Math.sin(4 * time) + (9 / 11) * Math.sin(11 * time);
+    return [time.toFixed(3), ((180 / Math.PI) * angle + 0.005 * normal()).toFixed(4), ((1e3 * torque) / 0.5).toFixed(2)].join(",");
+  });
+  return `t,x[°],f[mA]\n${rows.join("\n")}\n`;
+}
+
 /** A table of a seal bench: friction at eleven speeds in both directions and three pressures, each twice. */
 function seal() {
   const normal = normals();
@@ -98,6 +111,12 @@ const FITS = [
     link: `experiment=rig&free=${free([...STRIBECK, "valve.deadZone", "valve.C"])}&${CYLINDER}.friction.law=7&${CYLINDER}.supplyPressure=600000`,
   },
   {
+    title: "the rig in segments, with a voltage on a smooth curve",
+    file: "rig.csv",
+    text: () => readFile(RIG, "utf8"),
+    link: `experiment=rig&free=${free(STRIBECK)}&${CYLINDER}.friction.law=7&${CYLINDER}.supplyPressure=600000&inputs=smooth&segment=1.5&starts=0`,
+  },
+  {
     title: "the rig under LuGre, with a lag of the sensor",
     file: "rig.csv",
     text: () => readFile(RIG, "utf8"),
@@ -109,15 +128,13 @@ const FITS = [
     title: "a seal under pressure",
     file: "bench.csv",
     text: bench,
-    link: `experiment=motion&free=${free([...STRIBECK, "area", "friction.kappaA"])}&FrictionBench.friction.law=7`,
-    play: "0",
+    link: `experiment=motion&free=${free([...STRIBECK, "area", "friction.kappaA"])}&FrictionBench.friction.law=7&play=0`,
   },
   {
     title: "a bench under Maxwell's elements",
     file: "springs.csv",
     text: springs,
-    link: "experiment=motion&FrictionBench.friction.law=17&FrictionBench.friction.maxwellSlip.N=3",
-    play: "0",
+    link: "experiment=motion&FrictionBench.friction.law=17&FrictionBench.friction.maxwellSlip.N=3&play=0",
   },
   {
     title: "an axis that a force moves",
@@ -125,6 +142,20 @@ const FITS = [
     text: axis,
     link: `experiment=force&free=${free(["mass", "friction.coulomb.Fc", "friction.coulomb.sigma2"])}&FrictionBench.friction.law=2`,
     true: { mass: 20, "friction.coulomb.Fc": 15, "friction.coulomb.sigma2": 60 },
+  },
+  {
+    title: "an axis whose force is not smoothed and runs on straight lines, in segments",
+    file: "axis.csv",
+    text: axis,
+    link: `experiment=force&free=${free(["mass", "friction.coulomb.Fc", "offset.force"])}&FrictionBench.friction.law=2&smoothing=off&inputs=lines&segment=0.4&width=0.03&starts=0`,
+  },
+  {
+    title: "a rotor under the current of a motor",
+    file: "rotor.csv",
+    text: rotor,
+    link: `experiment=force&free=${free(["gain.force", "friction.coulomb.Fc", "friction.coulomb.sigma2", "offset.force"])}&FrictionBench.friction.law=2&known.mass=0.02`,
+    true: { "gain.force": 0.5, "friction.coulomb.Fc": 0.2, "friction.coulomb.sigma2": 0.05 },
+    units: ["N.m/A", "N.m", "N.m.s/rad", "A"],
   },
   {
     title: "points of a seal bench",
@@ -148,17 +179,12 @@ const FITS = [
   },
 ];
 
-for (const { title, file, text, link, play, calibration, true: meant } of FITS) {
+for (const { title, file, text, link, calibration, true: meant, units } of FITS) {
   test(`${title}: values and intervals are those of Python to the last bit`, async () => {
     const { page, close } = await open(browser, `#view=fit&${link}`);
     const content = await text();
     await drop(page, file, content);
     await page.waitForSelector("table.columns");
-    if (play !== undefined) {
-      await page.getByText("Options of the fit").click();
-      await page.getByLabel("Play", { exact: true }).fill(play);
-      await page.getByLabel("Play", { exact: true }).press("Enter");
-    }
     if (calibration !== undefined) {
       await page.getByLabel("Column of position").selectOption("2");
       await page.getByLabel("Unit of position").selectOption("two points");
@@ -173,15 +199,17 @@ for (const { title, file, text, link, play, calibration, true: meant } of FITS) 
       const { low, high } = found.get(name);
       assert.ok(low < value && value < high, `${name} = ${value} is not within [${low}, ${high}]`);
     }
+    const shownUnits = await page.locator("tr[data-name] td:last-child").allTextContents();
     const program = await download(page, "Python");
     await close();
-    const shown = `print(json.dumps([[e.value, e.low, min(e.high, ${ENDLESS})] for e in found.parameters.values()]))`;
+    const shown = `print(json.dumps([[e.value, e.low, min(e.high, ${ENDLESS}), e.unit] for e in found.parameters.values()]))`;
     const expected = await valuesOf({ name: file, text: content }, `${program.text}\nimport json\n${shown}\n`);
     assert.equal(found.size, expected.length);
     for (const [index, [name, { value, low, high }]] of [...found].entries()) {
       const [own, least, most] = expected[index];
       assert.deepEqual([value, low, high], [own, least, most === ENDLESS ? Infinity : most], name);
     }
+    if (units) assert.deepEqual([shownUnits, expected.map(([, , , unit]) => unit)], [units, units]);
     const told = expected.filter(([, , most]) => most !== ENDLESS).length;
     assert.ok(told >= Math.min(found.size, 4), `${told} values are told by the data`);
   });

@@ -4,7 +4,7 @@ import { mkdtemp, readFile, rm, writeFile } from "node:fs/promises";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
-import { download, launch, open } from "./browser.mjs";
+import { download, fragment, launch, open } from "./browser.mjs";
 import { button, CYLINDER, drop, fitted, FREE, LINK, RIG } from "./fits.mjs";
 
 let browser;
@@ -118,8 +118,8 @@ test("a bench is fitted: the friction that its force was made with comes out", a
   const law = await page.getByLabel("Law", { exact: true }).evaluate((select) => select.selectedOptions[0].textContent);
   assert.match(law, /^Coulomb:/);
   await page.getByText("Options of the fit").click();
-  await page.getByLabel("Play", { exact: true }).fill("0");
-  await page.getByLabel("Play", { exact: true }).press("Enter");
+  await page.getByLabel("play", { exact: true }).fill("0 mm");
+  await page.getByLabel("play", { exact: true }).press("Enter");
   const found = await fitted(page);
   const { value, low, high } = found.get("friction.coulomb.Fc");
   // The disturbance is no noise: it may move the value by a share of its size.
@@ -139,8 +139,8 @@ test("each experiment offers its signals, what may be known of its bench, and th
     const labels = (prefix) => page.locator(`[aria-label^="${prefix}"]`).evaluateAll((all) => all.map((one) => one.getAttribute("aria-label")));
     assert.deepEqual(await labels("Column of "), signals.map((signal) => `Column of ${signal}`));
     await page.getByText("Options of the fit").click();
-    for (const [label, option] of [["Smoothing", "width"], ["Rated load", "rated"], ["Play", "play"]]) {
-      assert.equal(await page.getByLabel(label, { exact: true }).count(), options.includes(option) ? 1 : 0, `${name}: ${label}`);
+    for (const option of ["width", "smoothing", "rated", "play", "segment", "inputs"]) {
+      assert.equal(await page.getByLabel(option, { exact: true }).count(), options.some((one) => one.name === option) ? 1 : 0, `${name}: ${option}`);
     }
     assert.ok((await page.evaluate(() => document.documentElement.scrollWidth)) <= 390, name);
   }
@@ -149,6 +149,104 @@ test("each experiment offers its signals, what may be known of its bench, and th
   await page.locator("label.free", { hasText: /^mass$/ }).locator("input").uncheck();
   assert.equal(await known.getByLabel("mass", { exact: true }).inputValue(), "", "the mass of an axis has no default");
   assert.equal(await known.getByLabel("incline", { exact: true }).count(), 1);
+  await close();
+});
+
+test("options are automatic until they are given, and a bad one is refused by its name", async () => {
+  const { page, close } = await open(browser, "#view=fit&experiment=force");
+  await page.getByText("Options of the fit").click();
+  const give = async (name, text) => {
+    await page.getByLabel(name, { exact: true }).fill(text);
+    await page.getByLabel(name, { exact: true }).press("Enter");
+    return page.locator(".options [role=alert]").textContent();
+  };
+  assert.deepEqual(
+    [await page.getByLabel("segment", { exact: true }).inputValue(), await page.getByLabel("inputs", { exact: true }).inputValue()],
+    ["", ""],
+  );
+  for (const [name, text, problem] of [
+    ["segment", "0", "segment = 0 is refused: it must be positive"],
+    ["segment", "long", "segment: “long” is no number"],
+    ["width", "3 bar", /^width: “3 bar”: bar does not fit, its unit is ms, s,/],
+    ["validation", "100", "validation = 100 is refused: it must be below 1"],
+    ["starts", "1.5", "starts = 1.5 is refused: it must be whole"],
+  ]) {
+    const told = await give(name, text);
+    if (typeof problem === "string") assert.equal(told, problem);
+    else assert.match(told, problem);
+    assert.equal(await page.getByLabel(name, { exact: true }).getAttribute("aria-invalid"), "true");
+  }
+  for (const [name, text] of [["segment", "300 ms"], ["width", ""], ["validation", "20"], ["starts", "8"]]) assert.equal(await give(name, text), "");
+  await page.getByLabel("inputs", { exact: true }).selectOption("hold");
+  await page.getByLabel("smoothing", { exact: true }).selectOption("off");
+  const link = await fragment(page);
+  const given = Object.fromEntries(["segment", "width", "validation", "starts", "inputs", "smoothing"].map((name) => [name, link.get(name)]));
+  assert.deepEqual(given, { segment: "0.3", width: null, validation: "0.2", starts: null, inputs: "hold", smoothing: "off" });
+  await close();
+});
+
+test("a link restores fixed values, corrected sensors, rows that are left out, and options", async () => {
+  const settings = {
+    segment: "0.3",
+    inputs: "lines",
+    smoothing: "on",
+    "known.mass": "20",
+    "known.incline": "0.1",
+    "known.offset.force": "3",
+    "known.delay.position": "0.002",
+    leftOut: "5 7-9",
+  };
+  const link = `#view=fit&experiment=force&free=friction.coulomb.Fc&${new URLSearchParams(settings)}&FrictionBench.friction.law=2`;
+  const { page, close } = await open(browser, link);
+  const rows = Array.from({ length: 200 }, (_, row) => `${row / 1e3},${(10 * Math.sin(row / 20)).toFixed(4)},${(5 * Math.cos(row / 20)).toFixed(4)}`);
+  await drop(page, "axis.csv", `t,x [mm],F [N]\n${rows.join("\n")}\n`);
+  await page.getByText("axis.csv: 196 rows").waitFor();
+  assert.match(await page.locator(".sensors").textContent(), /offset\.force = 3 N, delay\.position = 0\.002 s, 4 rows left out/);
+  const known = page.getByRole("group", { name: "Known of the machine" });
+  assert.deepEqual([await known.getByLabel("mass", { exact: true }).inputValue(), await known.getByLabel("incline", { exact: true }).inputValue()], ["20", "0.1"]);
+  await page.getByText("Options of the fit").click();
+  assert.equal(await page.getByLabel("segment", { exact: true }).inputValue(), "0.3");
+  assert.equal(await page.getByLabel("inputs", { exact: true }).inputValue(), "lines");
+  const same = await fragment(page);
+  for (const [name, value] of Object.entries(settings)) assert.equal(same.get(name), value, name);
+  // They are of this table: another one is taken as it is.
+  await drop(page, "other.csv", `t,x [mm],F [N]\n${rows.join("\n")}\n`);
+  await page.getByText("other.csv: 200 rows").waitFor();
+  const other = await fragment(page);
+  assert.deepEqual([other.get("leftOut"), other.get("known.offset.force"), other.get("known.mass"), other.get("segment")], [null, null, "20", "0.3"]);
+  await close();
+});
+
+test("what a link of a fit cannot mean is named", async () => {
+  const { page, close } = await open(browser, "#view=fit&experiment=motion&segment=-1&inputs=smooth&known.area=wide&leftOut=all");
+  const told = await page.locator("#problem").textContent();
+  for (const problem of ["segment = -1 is refused: it must be positive", "there is no variable inputs", "known.area = wide is no number", "leftOut = all are no lines of a table"]) {
+    assert.ok(told.includes(problem), `${problem}: ${told}`);
+  }
+  await close();
+});
+
+test("a machine that rotates is told by its columns: its mass is an inertia, and a mixture is refused", async () => {
+  const { page, close } = await open(browser, "#view=fit&experiment=force&FrictionBench.friction.law=2&free=friction.coulomb.Fc");
+  const rows = Array.from({ length: 200 }, (_, row) => `${row / 1e3},${(10 * Math.sin(row / 20)).toFixed(4)},${(5 * Math.cos(row / 20)).toFixed(4)},1`);
+  await drop(page, "rotor.csv", `t,x [deg],F [mA],v\n${rows.join("\n")}\n`);
+  await page.waitForSelector("table.columns");
+  await page.getByLabel("Column of velocity").selectOption("-1");
+  const known = page.getByRole("group", { name: "Known of the machine" });
+  assert.equal(await known.getByLabel("Unit of mass").inputValue(), "kg.m2");
+  assert.equal(await known.getByLabel("Unit of gain.force").inputValue(), "N.m/A");
+  assert.equal(await known.getByLabel("incline", { exact: true }).count(), 0, "a rotating machine has none");
+  await known.getByLabel("mass", { exact: true }).fill("200 kg.cm2");
+  await known.getByLabel("mass", { exact: true }).press("Enter");
+  assert.equal(await known.getByLabel("mass", { exact: true }).inputValue(), "0.02");
+  await known.getByLabel("mass", { exact: true }).fill("2 kg");
+  await known.getByLabel("mass", { exact: true }).press("Enter");
+  assert.match(await known.getByRole("alert").textContent(), /^mass: “2 kg”: kg does not fit, its unit is kg\.m2/);
+  await page.getByLabel("Column of velocity").selectOption("3");
+  await page.getByText("velocity is in m/s, but position in rad: a machine slides or it rotates; which is it?").waitFor();
+  assert.equal(await button(page).isDisabled(), true);
+  await page.getByLabel("Unit of velocity").selectOption("rpm");
+  await page.getByText("a machine slides or it rotates").waitFor({ state: "detached" });
   await close();
 });
 

@@ -126,7 +126,7 @@ test("a fit that is shown is in the FMU, with a section of its documentation pag
   await drop(page, "rig.csv", readFileSync(RIG, "utf8"));
   await page.waitForSelector("table.columns");
   await page.locator("#page details").evaluateAll((all) => all.forEach((details) => details.toggleAttribute("open", true)));
-  await page.getByLabel("Random starts").fill("0");
+  await page.getByLabel("starts", { exact: true }).fill("0");
   const found = await fitted(page);
   await card(page).getByLabel("Variables that stay").selectOption("all");
   const source = join(FMUS, `${CYLINDER}.fmu`);

@@ -4,7 +4,7 @@ import { spawnSync } from "node:child_process";
 import { once } from "node:events";
 import { createServer } from "node:http";
 import { after, before, test } from "node:test";
-import { download, launch, open, PAGE, runFor, VIEWS } from "./browser.mjs";
+import { download, fragment, launch, open, PAGE, runFor, VIEWS } from "./browser.mjs";
 
 let browser;
 before(async () => (browser = await launch()));
@@ -12,10 +12,6 @@ after(() => browser.close());
 
 const CYLINDER = "PneumaticServoCylinder";
 const status = (page) => page.locator("[data-status]").evaluate((element) => ({ ...element.dataset }));
-const fragment = async (page) => {
-  await page.waitForTimeout(500); // The address follows with a delay.
-  return new URLSearchParams(new URL(page.url()).hash.slice(1));
-};
 /** Number of coloured pixels of a chart. */
 const inked = (page) =>
   page.locator(".plot canvas").evaluateAll((charts) =>

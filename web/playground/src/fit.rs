@@ -163,7 +163,9 @@ fn read(question: &Value, samples: &[f64]) -> Option<Result<Question, String>> {
         return None;
     }
     let experiment = text(&question["experiment"])?;
-    let chosen = || Ok((units(Kind::of_name(&experiment)?, &columns)?, options(&question["options"])?));
+    let chosen = || -> Result<_, Refused> {
+        Ok((units(Kind::of_name(&experiment)?, &columns)?, options(&question["options"])?))
+    };
     let (units, options) = match chosen() {
         Ok(chosen) => chosen,
         Err(Refused(why)) => return Some(Err(why)),
