@@ -168,7 +168,7 @@ test("options are automatic until they are given, and a bad one is refused by it
     ["segment", "0", "segment = 0 is refused: it must be positive"],
     ["segment", "long", "segment: “long” is no number"],
     ["width", "3 bar", /^width: “3 bar”: bar does not fit, its unit is ms, s,/],
-    ["validation", "100", "validation = 100 is refused: it must be below 1"],
+    ["validation", "100", "validation = 100 is refused: it must be below 100 %"],
     ["starts", "1.5", "starts = 1.5 is refused: it must be whole"],
   ]) {
     const told = await give(name, text);

@@ -32,10 +32,11 @@ export function typedOption(tables: Tables, option: Option, text: string): numbe
   const { name, si, items } = option;
   if (text.trim() === "") return null;
   if (items) return checked(option, text.trim(), text);
-  const { name: unit, factor } = shownUnit(tables, option);
+  const shown = shownUnit(tables, option);
+  const { name: unit, factor } = shown;
   const others = si === null ? [] : typedAs(tables, si, { name: unit, factor: 1 / factor, offset: 0 });
   try {
-    return checked(option, factor * typed(text, unit, others, (other) => plain(tables.spellings, other)), text);
+    return checked(option, factor * typed(text, unit, others, (other) => plain(tables.spellings, other)), text, shown);
   } catch (error) {
     if (error instanceof Mistyped && !error.message.startsWith(name)) throw new Mistyped(`${name}: ${error.message}`);
     throw error;
@@ -45,7 +46,7 @@ export function typedOption(tables: Tables, option: Option, text: string): numbe
 /** A value in SI units, or an item, as a link has it. Throws `Mistyped`, which names the option. */
 export const linkedOption = (option: Option, text: string): number | string => checked(option, option.items ? text : text.trim() === "" ? NaN : Number(text), text);
 
-function checked({ name, items, isPositive, below, isWhole }: Option, value: number | string, text: string): number | string {
+function checked({ name, items, isPositive, below, isWhole }: Option, value: number | string, text: string, shown = { name: "", factor: 1 }): number | string {
   const refused = (why: string) => new Mistyped(`${name} = ${text.trim()} is refused: it must be ${why}`);
   if (typeof value === "string" || items) {
     if (items?.includes(String(value))) return value;
@@ -54,6 +55,6 @@ function checked({ name, items, isPositive, below, isWhole }: Option, value: num
   if (!Number.isFinite(value)) throw refused("a number");
   if (isWhole && !Number.isInteger(value)) throw refused("whole");
   if (value < 0 || (isPositive && value === 0)) throw refused(isPositive ? "positive" : "at least 0");
-  if (below !== undefined && value >= below) throw refused(`below ${below}`);
+  if (below !== undefined && value >= below) throw refused(`below ${below / shown.factor} ${shown.name}`.trim());
   return value;
 }
