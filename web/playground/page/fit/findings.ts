@@ -41,9 +41,8 @@ export function findingList(context: FitContext): HTMLElement | null {
 
 /** Properties of sensors that remedies or a link have set, and rows that are left out, which no other part of the page shows. */
 export function sensorList({ study, settings }: FitContext): HTMLElement | null {
-  const { bench, units } = study.estimable;
+  const { unseen: sensors, estimable: { units } } = study;
   const leftOut = settings.leftOut.length;
-  const sensors = [...settings.beside].filter(([name]) => !(name in bench));
   if (!sensors.length && !leftOut) return null;
   const told = sensors.map(([name, value]) => {
     const unit = units[name] ?? "1";

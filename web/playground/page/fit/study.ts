@@ -99,6 +99,13 @@ export class Study {
     return new Map([...own, ...this.context.settings.beside]);
   }
 
+  /** Fixed values of sensors, and others that the machine's fields do not show. */
+  get unseen(): [string, number][] {
+    const { bench, lacking } = this.estimable;
+    const isSensor = (name: string) => /^(gain|offset|delay|lag)\./.test(name);
+    return [...this.context.settings.beside].filter(([name]) => !(name in bench) && (lacking === null || isSensor(name)));
+  }
+
   /** Checks the record if columns or settings have changed since it was checked. */
   check(): void {
     const { table, columns, law, known } = this;
@@ -177,7 +184,7 @@ export class Study {
     const { settings } = this.context;
     this.cancel();
     if (!settings.isOfLink) {
-      for (const [name] of settings.beside) if (!(name in this.estimable.bench)) settings.beside.delete(name);
+      for (const [name] of this.unseen) settings.beside.delete(name);
       settings.leftOut = [];
       this.context.changed();
     }
