@@ -5,7 +5,7 @@ import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
 import { download, fragment, launch, open } from "./browser.mjs";
-import { button, CYLINDER, drop, fitted, FREE, LINK, RIG } from "./fits.mjs";
+import { button, CYLINDER, drop, fitted, FREE, LINK, option, RIG } from "./fits.mjs";
 
 let browser;
 before(async () => (browser = await launch()));
@@ -118,8 +118,8 @@ test("a bench is fitted: the friction that its force was made with comes out", a
   const law = await page.getByLabel("Law", { exact: true }).evaluate((select) => select.selectedOptions[0].textContent);
   assert.match(law, /^Coulomb:/);
   await page.getByText("Options of the fit").click();
-  await page.getByLabel("play", { exact: true }).fill("0 mm");
-  await page.getByLabel("play", { exact: true }).press("Enter");
+  await option(page, "play").fill("0 mm");
+  await option(page, "play").press("Enter");
   const found = await fitted(page);
   const { value, low, high } = found.get("friction.coulomb.Fc");
   // The disturbance is no noise: it may move the value by a share of its size.
@@ -139,8 +139,8 @@ test("each experiment offers its signals, what may be known of its bench, and th
     const labels = (prefix) => page.locator(`[aria-label^="${prefix}"]`).evaluateAll((all) => all.map((one) => one.getAttribute("aria-label")));
     assert.deepEqual(await labels("Column of "), signals.map((signal) => `Column of ${signal}`));
     await page.getByText("Options of the fit").click();
-    for (const option of ["width", "smoothing", "rated", "play", "segment", "inputs"]) {
-      assert.equal(await page.getByLabel(option, { exact: true }).count(), options.some((one) => one.name === option) ? 1 : 0, `${name}: ${option}`);
+    for (const known of ["width", "smoothing", "rated", "play", "segment", "inputs"]) {
+      assert.equal(await option(page, known).count(), options.some((one) => one.name === known) ? 1 : 0, `${name}: ${known}`);
     }
     assert.ok((await page.evaluate(() => document.documentElement.scrollWidth)) <= 390, name);
   }
@@ -156,12 +156,12 @@ test("options are automatic until they are given, and a bad one is refused by it
   const { page, close } = await open(browser, "#view=fit&experiment=force");
   await page.getByText("Options of the fit").click();
   const give = async (name, text) => {
-    await page.getByLabel(name, { exact: true }).fill(text);
-    await page.getByLabel(name, { exact: true }).press("Enter");
+    await option(page, name).fill(text);
+    await option(page, name).press("Enter");
     return page.locator(".options [role=alert]").textContent();
   };
   assert.deepEqual(
-    [await page.getByLabel("segment", { exact: true }).inputValue(), await page.getByLabel("inputs", { exact: true }).inputValue()],
+    [await option(page, "segment").inputValue(), await option(page, "inputs").inputValue()],
     ["", ""],
   );
   for (const [name, text, problem] of [
@@ -174,11 +174,11 @@ test("options are automatic until they are given, and a bad one is refused by it
     const told = await give(name, text);
     if (typeof problem === "string") assert.equal(told, problem);
     else assert.match(told, problem);
-    assert.equal(await page.getByLabel(name, { exact: true }).getAttribute("aria-invalid"), "true");
+    assert.equal(await option(page, name).getAttribute("aria-invalid"), "true");
   }
   for (const [name, text] of [["segment", "300 ms"], ["width", ""], ["validation", "20"], ["starts", "8"]]) assert.equal(await give(name, text), "");
-  await page.getByLabel("inputs", { exact: true }).selectOption("hold");
-  await page.getByLabel("smoothing", { exact: true }).selectOption("off");
+  await option(page, "inputs").selectOption("hold");
+  await option(page, "smoothing").selectOption("off");
   const link = await fragment(page);
   const given = Object.fromEntries(["segment", "width", "validation", "starts", "inputs", "smoothing"].map((name) => [name, link.get(name)]));
   assert.deepEqual(given, { segment: "0.3", width: null, validation: "0.2", starts: null, inputs: "hold", smoothing: "off" });
@@ -205,8 +205,8 @@ test("a link restores fixed values, corrected sensors, rows that are left out, a
   const known = page.getByRole("group", { name: "Known of the machine" });
   assert.deepEqual([await known.getByLabel("mass", { exact: true }).inputValue(), await known.getByLabel("incline", { exact: true }).inputValue()], ["20", "0.1"]);
   await page.getByText("Options of the fit").click();
-  assert.equal(await page.getByLabel("segment", { exact: true }).inputValue(), "0.3");
-  assert.equal(await page.getByLabel("inputs", { exact: true }).inputValue(), "lines");
+  assert.equal(await option(page, "segment").inputValue(), "0.3");
+  assert.equal(await option(page, "inputs").inputValue(), "lines");
   const same = await fragment(page);
   for (const [name, value] of Object.entries(settings)) assert.equal(same.get(name), value, name);
   // They are of this table: another one is taken as it is.

@@ -23,6 +23,9 @@ export async function drop(page, name, text, on = ".drop") {
 
 export const button = (page) => page.getByRole("button", { name: "Fit or cancel" });
 
+/** The field of an option. */
+export const option = (page, name) => page.locator(".options").getByLabel(name, { exact: true });
+
 /** Starts the fit; returns values and intervals by name. */
 export async function fitted(page) {
   await button(page).click();
