@@ -347,11 +347,11 @@ mod tests {
 
     #[test]
     fn columns_are_in_si_units_with_the_sign_that_is_ours() {
-        let table = table("t [ms];x [mm];p\n0;250,061;1\n1;250;2\n");
+        let table = table("t [ms];x [mm];p\n0;250,06;1\n1;250;2\n");
         let turned = Chosen { is_turned: true, ..chosen("position", 1, "mm") };
         let found = table.signals("rig.csv", &[chosen("time", 0, "ms"), turned, chosen("pressure", 2, "barg")]);
         let found = found.expect("signals");
-        assert_eq!(found.samples, [vec![0.0, 0.001], vec![-250.061 / 1000.0, -0.25], vec![1e5, 2e5]]);
+        assert_eq!(found.samples, [vec![0.0, 0.001], vec![-250.06 / 1000.0, -0.25], vec![1e5, 2e5]]);
         assert!(found.others.is_empty());
     }
 

@@ -36,29 +36,26 @@ struct Marks {
     /// The first one whose mark may be one, and its place.
     grouped: Option<(String, String)>,
     /// The first one but 0 that has no mark, and too few digits for such a separator.
-    bare: Option<(String, String)>,
+    bare: Option<String>,
 }
 
 impl Marks {
     fn see(&mut self, cell: &str, place: impl Fn() -> String) {
-        let slot = match cell.find(['.', ',']) {
-            Some(_) if self.are_decimal => return,
-            Some(at) if may_have_thousands(cell, &cell[at..=at]) => &mut self.grouped,
-            Some(_) => return self.are_decimal = true,
-            None if is_short(cell) => &mut self.bare,
-            None => return,
-        };
-        slot.get_or_insert_with(|| (cell.to_owned(), place()));
+        match cell.find(['.', ',']) {
+            Some(_) if self.are_decimal => (),
+            Some(at) if may_have_thousands(cell, &cell[at..=at]) => {
+                self.grouped.get_or_insert_with(|| (cell.to_owned(), place()));
+            }
+            Some(_) => self.are_decimal = true,
+            None if self.bare.is_none() && is_short(cell) => self.bare = Some(cell.to_owned()),
+            None => (),
+        }
     }
 
     /// What is wrong where some numbers have a mark before each three digits, and others none, as with separators of thousands.
     fn fault(&self) -> Option<String> {
-        let Self { are_decimal: false, grouped: Some((grouped, place)), bare: Some((bare, other)) } = self else {
-            return None;
-        };
-        Some(format!(
-            "{place}: the mark of '{grouped}' may separate thousands, since '{bare}' ({other}) has none; {REMEDY}"
-        ))
+        let Self { are_decimal: false, grouped: Some((grouped, place)), bare: Some(bare) } = self else { return None };
+        Some(format!("{place}: the mark of '{grouped}' may separate thousands, since '{bare}' has none; {REMEDY}"))
     }
 }
 
@@ -195,7 +192,7 @@ fn has_decimal_commas(file: &str, body: &[(usize, &str)], separator: char, names
             let mut cells = Vec::new();
             split(text, separator, &mut cells);
             let at = cells.iter().position(|cell| is_meant(cell))?;
-            Some((place(file, line, at, names), cells[at].clone().into_owned()))
+            Some((line, at, cells[at].clone().into_owned()))
         })
     };
     let with_comma: Vec<_> = body.iter().copied().filter(|(_, line)| may_be_decimal(line)).collect();
@@ -205,24 +202,34 @@ fn has_decimal_commas(file: &str, body: &[(usize, &str)], separator: char, names
     let with_point: Vec<_> = body.iter().copied().filter(|(_, line)| line.contains('.')).collect();
     let point = first_of(&with_point, &|cell| is_decimal(cell, b'.'));
     let grouped = first_of(&with_comma, &|cell| is_decimal(cell, b',') && may_have_thousands(cell, ","));
-    if let (Some((place, point)), Some((other, comma))) = (&point, grouped) {
+    let here = |line: usize, at: usize| place(file, line, at, names);
+    let beside = |line: usize, at: usize| {
+        format!("line {line}, column {} ({})", at + 1, names.get(at).map_or("", String::as_str))
+    };
+    if let (Some((line, at, point)), Some((other, column, comma))) = (&point, grouped) {
         return Err(Refused(format!(
-            "{place}: '{point}' has a decimal point, and '{comma}' ({other}) a comma, which may separate thousands; {REMEDY}"
+            "{}: '{point}' has a decimal point, and '{comma}' ({}) a comma, which may separate thousands; {REMEDY}",
+            here(*line, *at),
+            beside(other, column)
         )));
     }
     let is_plain = |cell: &str, mark: &str| is_decimal(cell, mark.as_bytes()[0]) && !may_have_thousands(cell, mark);
-    let comma = first_of(&with_comma, &|cell| is_plain(cell, ","));
-    let Some((other, comma)) = comma else {
-        let (place, first) = first_of(&with_comma, &|cell| is_decimal(cell, b',')).expect("a comma");
+    let Some((other, column, comma)) = first_of(&with_comma, &|cell| is_plain(cell, ",")) else {
+        let (line, at, first) = first_of(&with_comma, &|cell| is_decimal(cell, b',')).expect("a comma");
         return Err(Refused(format!(
-            "{place}: the comma of '{first}' may be a decimal one or separate thousands, and no other number tells; write a \
-             decimal point, or no separators of thousands"
+            "{}: the comma of '{first}' may be a decimal one or separate thousands, and no other number tells; write a \
+             decimal point, or no separators of thousands",
+            here(line, at)
         )));
     };
     match point {
-        Some((place, point)) if first_of(&with_point, &|cell| is_plain(cell, ".")).is_none() => Err(Refused(format!(
-            "{place}: the point of '{point}' may separate thousands, since '{comma}' ({other}) has a decimal comma; {REMEDY}"
-        ))),
+        Some((line, at, point)) if first_of(&with_point, &|cell| is_plain(cell, ".")).is_none() => {
+            Err(Refused(format!(
+                "{}: the point of '{point}' may separate thousands, since '{comma}' ({}) has a decimal comma; {REMEDY}",
+                here(line, at),
+                beside(other, column)
+            )))
+        }
         _ => Ok(true),
     }
 }
