@@ -9,7 +9,7 @@ use crate::units::{nearest_unit, to_si, units_of};
 use crate::{calibration, signals};
 
 /// Units of a machine that slides, and those in their place of one that rotates; equations and numbers are the same.
-const ROTATING: [(&str, &str); 9] = [
+pub const ROTATING: [(&str, &str); 9] = [
     ("m", "rad"),
     ("m/s", "rad/s"),
     ("m/s2", "rad/s2"),
@@ -21,9 +21,9 @@ const ROTATING: [(&str, &str); 9] = [
     ("N/s", "N.m/s"),
 ];
 /// Other SI units that readings of a machine that may rotate can have.
-pub const ALSO: [(&str, &[&str]); 3] = [("position", &["rad"]), ("velocity", &["rad/s"]), ("force", &["N.m", "A"])];
+const ALSO: [(&str, &[&str]); 3] = [("position", &["rad"]), ("velocity", &["rad/s"]), ("force", &["N.m", "A"])];
 /// The unit of a gain that makes a force or a torque of a reading in another unit.
-const GAINS: [(&str, &str, &str); 4] =
+pub const GAINS: [(&str, &str, &str); 4] =
     [("N", "A", "N/A"), ("N.m", "A", "N.m/A"), ("N", "N.m", "1/m"), ("N.m", "N", "m")];
 
 /// Other SI units that readings of a signal may have.

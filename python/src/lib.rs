@@ -78,6 +78,8 @@ fn fill(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(ssv::ssv, module)?)?;
     module.add("STANDARD_ATMOSPHERE", pneumatic_servo_fit::units::STANDARD_ATMOSPHERE)?;
     module.add("SIGNALS", pneumatic_servo_fit::record::UNITS.to_vec())?;
+    module.add("ROTATING", pneumatic_servo_fit::machine_units::ROTATING.to_vec())?;
+    module.add("GAINS", pneumatic_servo_fit::machine_units::GAINS.to_vec())?;
     module.add("COMMANDS", pneumatic_servo_fit::signals::COMMANDS.to_vec())?;
     module.add("ABOVE_AMBIENT", pneumatic_servo_fit::signals::ABOVE_AMBIENT)?;
     module.add("OWN_MODULE", fmu::OWN)?;
@@ -93,10 +95,9 @@ fn fill(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(table::table_signals, module)?)?;
     module.add_function(wrap_pyfunction!(table::read_table, module)?)?;
     module.add_function(wrap_pyfunction!(table::seconds_since_first, module)?)?;
-    module.add_function(wrap_pyfunction!(units::unit_like, module)?)?;
     module.add_function(wrap_pyfunction!(units::unit_scale, module)?)?;
     module.add_function(wrap_pyfunction!(units::calibrated_reading, module)?)?;
-    module.add_function(wrap_pyfunction!(units::calibration_hint, module)?)?;
+    module.add_function(wrap_pyfunction!(units::si_of, module)?)?;
     module.add_function(wrap_pyfunction!(units::units_of, module)?)?;
     module.add_function(wrap_pyfunction!(verdict::lights, module)?)?;
     module.add_function(wrap_pyfunction!(verdict::prediction_light, module)?)?;

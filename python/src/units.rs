@@ -1,7 +1,7 @@
 //! Units in which people write values.
 
-use pneumatic_servo_fit::calibration::{self, Calibration};
-use pneumatic_servo_fit::units;
+use pneumatic_servo_fit::calibration::Calibration;
+use pneumatic_servo_fit::{machine_units, units};
 use pyo3::prelude::*;
 
 use crate::failure::refused;
@@ -22,21 +22,14 @@ pub fn calibrated_reading(text: &str, written: Option<&str>) -> PyResult<Option<
     Ok(Some((reading, is_same)))
 }
 
-/// The end of a refusal of a unit of readings where a quantity is meant; empty for another unit.
+/// The SI unit that a unit of a signal, or a calibration, is converted to.
 #[pyfunction]
-pub fn calibration_hint(text: &str, si: &str) -> String {
-    calibration::hint(text, si)
+pub fn si_of(signal: &str, unit: &str) -> PyResult<&'static str> {
+    machine_units::si_of(signal, unit).map_err(refused)
 }
 
 /// Names of the units of an SI unit.
 #[pyfunction]
 pub fn units_of(si: &str) -> Vec<&'static str> {
     units::units_of(si).map(|unit| unit.name).collect()
-}
-
-/// Whether a text is a known unit, and the nearest known unit, of an SI unit or of any, of one that is none.
-#[pyfunction]
-#[pyo3(signature = (text, si = None))]
-pub fn unit_like(text: &str, si: Option<&str>) -> (bool, Option<&'static str>) {
-    (units::written_unit(text).is_some(), units::nearest_unit(text, si))
 }

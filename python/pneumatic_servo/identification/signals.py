@@ -14,16 +14,10 @@ SIGNALS = dict(_native.SIGNALS)
 """Signals and their SI units. `pressure` of a test bench is above ambient; the chambers' are absolute, as everywhere
 in the model."""
 
-ROTATING = {
-    "m": "rad", "m/s": "rad/s", "m/s2": "rad/s2", "N": "N.m", "kg": "kg.m2", "N/m": "N.m/rad", "N.s/m": "N.m.s/rad",
-    "1/m": "1/rad", "N/s": "N.m/s",
-}  # fmt: skip
+ROTATING = dict(_native.ROTATING)
 """Units of a rotating machine in place of a sliding one's; equations and numbers are the same."""
 
-ALSO = {"position": ("rad",), "velocity": ("rad/s",), "force": ("N.m", "A")}
-"""Other SI units that readings of the experiment `force` may have."""
-
-GAINS = {("N", "A"): "N/A", ("N.m", "A"): "N.m/A", ("N", "N.m"): "1/m", ("N.m", "N"): "m"}
+GAINS = {(to, read): unit for to, read, unit in _native.GAINS}
 """The unit of a gain that makes a force or a torque of a reading."""
 
 
@@ -67,35 +61,10 @@ SLIDING = Units()
 
 def si_of(signal: str, unit: str, where: str) -> str:
     """Return the SI unit that a unit of a signal is converted to; `where` begins the message of an error."""
-    others = ALSO.get(signal, ())
-    if ".." in unit or "=" in unit:
-        return _si_of_calibration(signal, unit, where)
-    for si in (SIGNALS[signal], *others):
-        try:
-            scale(unit, si, where)
-        except ValueError:
-            continue
-        return si
-    more = ", ".join(name for si in others for name in units_of(si))
-    named = ", ".join(units_of(SIGNALS[signal])) + (f", or for the experiment force of {more}" if more else "")
-    near = next((near for si in (SIGNALS[signal], *others) if (near := _native.unit_like(unit, si)[1])), None)
-    hint = "" if near is None else f"did you mean {near}? "
-    more = _native.calibration_hint(unit, SIGNALS[signal])
-    raise ValueError(f"{where}: the unit {unit} is refused; {hint}it must be one of {named}{more}")
-
-
-def _si_of_calibration(signal: str, calibration: str, where: str) -> str:
-    """Return the SI unit of the quantity of a calibration, of those that a signal may have."""
-    problem = None
-    for si in (SIGNALS[signal], *ALSO.get(signal, ())):
-        try:
-            scale(calibration, si, where)
-        except ValueError as error:
-            problem = problem or error
-        else:
-            return si
-    assert problem is not None
-    raise problem
+    try:
+        return _native.si_of(signal, unit)
+    except ValueError as error:
+        raise ValueError(f"{where}: {error}") from None
 
 
 def told_units(experiment: str, stated: Sequence[tuple[str, str, str]], given: Mapping[str, Any]) -> Units:
@@ -139,11 +108,11 @@ def told_units(experiment: str, stated: Sequence[tuple[str, str, str]], given: M
             "which is it?"
         )
     is_rotating = bool(turning or words or (other.get("force") == "N.m" and not sliding))
-    own = {signal: ROTATING[SIGNALS[signal]] if is_rotating else SIGNALS[signal] for signal in ALSO}
     forces = sorted({si for signal, si, _ in stated if signal == "force"})
     if len(forces) > 1:
         raise ValueError(f"force is in {' and in '.join(forces)} in different records; which is it?")
-    return Units(is_rotating, {"force": forces[0]} if forces and forces[0] != own["force"] else {})
+    own = Units(is_rotating)
+    return Units(is_rotating, {"force": forces[0]} if forces and forces[0] != own.of_signal("force") else {})
 
 
 def _is_of_rotation(value: Any) -> bool:
