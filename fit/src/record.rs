@@ -101,7 +101,8 @@ pub fn split(name: &str, mut signals: Signals) -> Result<(Vec<Record>, Vec<Strin
     }
     let intervals = differences(&time);
     if let Some(row) = intervals.iter().position(|interval| *interval <= 0.0) {
-        return Err(Refused(format!("{name}: time must rise, but {} s follows {} s", time[row + 1], time[row])));
+        let (here, before) = (time[row + 1], time[row]);
+        return Err(Refused(format!("{name}, sample {}: time must rise, but {here} s follows {before} s", row + 1)));
     }
     let long = (GAP * median(&intervals)).max(LOST);
     let gaps = intervals.iter().enumerate().filter(|(_, interval)| **interval > long).map(|(row, _)| row + 1);
@@ -211,6 +212,6 @@ mod tests {
         assert!(refused(rise[..20].to_vec(), |x| x).contains("too short, 20 samples"));
         assert!(refused(rise.clone(), |x| if x > 0.5 { f64::NAN } else { x }).contains("position is NaN at sample 53"));
         assert!(refused(rise.clone(), |_| 1.0).contains("position never changes"));
-        assert!(refused(rise.iter().rev().copied().collect(), |x| x).contains("time must rise"));
+        assert!(refused(rise.iter().rev().copied().collect(), |x| x).contains("sample 1: time must rise"));
     }
 }

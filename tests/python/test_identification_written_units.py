@@ -182,3 +182,11 @@ def test_spellings_of_units_are_known(tmp_path: Path, written: str, own: str) ->
     table = read_text(file)
     unit = table.units[0]
     assert unit is not None and table.in_si(0, unit, si).tolist() == table.in_si(0, own, si).tolist()
+
+
+def test_row_of_units_above_the_names_counts(tmp_path: Path) -> None:
+    file = tmp_path / "record.csv"
+    file.write_text("Model,M1\n,ms,r/min,%\n,Time,Motor speed,Torque\n0,0.000,100,5\n1,0.888,110,6\n")
+    table = read_text(file)
+    assert table.names[1:] == ["Time", "Motor speed", "Torque"]
+    assert table.units == [None, "ms", "r/min", "%"] and table.in_si(1, "ms", "s")[1] == 0.888e-3

@@ -62,6 +62,14 @@ impl Header {
             let is_numbers = |after: &usize| plain.get(body + after).is_some_and(|(_, line)| is_row(line, separator));
             body += (1..4).find(is_numbers).unwrap_or(1);
         }
+        // A controller writes them above the names.
+        let above = place.checked_sub(1).filter(|_| body > place && units.iter().all(Option::is_none)).map(below);
+        if let Some(mut above) = above {
+            above.resize(above.len().max(count), Cow::Borrowed(""));
+            if are_units(&above, count) {
+                units = above.iter().map(|cell| unit(cell)).collect();
+            }
+        }
         Ok(Self { header, names, units, line: first, separator, body })
     }
 }
