@@ -1,7 +1,7 @@
 //! The metering edges: their opening by the spool, and their flow.
 
 use crate::enumeration;
-use crate::numbers::{MonotoneCurve, Number, Pair, Real, Scalar, Tangents};
+use crate::numbers::{MonotoneCurve, Number, Pair, Real, Scalar, Tangents, Varying};
 use crate::pneumatics::gas::GasState;
 use crate::pneumatics::orifice::{Flow, Orifice, is_above};
 use crate::variables::Tunable;
@@ -41,7 +41,15 @@ impl Opening {
         let travel = Pair([spool, -spool]);
         match self {
             Self::Linear { dead_zone, per_travel } => {
-                ((travel - *dead_zone) * *per_travel).max(Pair::zero()).min(Pair::constant(1.0))
+                let opening = ((travel - *dead_zone) * *per_travel).max(Pair::zero()).min(Pair::constant(1.0));
+                if !S::Held::VARIES {
+                    return opening;
+                }
+                // At the end of the zone each side counts by half; a zone of 0 can only grow.
+                let zone = if dead_zone.value == 0.0 { Tunable::still(0.0) } else { *dead_zone };
+                let half = (travel - zone) * *per_travel * 0.5;
+                let is_there = |side: usize| travel.0[side].value() == dead_zone.value;
+                Pair(std::array::from_fn(|side| if is_there(side) { half.0[side] } else { opening.0[side] }))
             }
             Self::Table(curves) => Pair(std::array::from_fn(|side| curves[side].at(travel.0[side]))),
         }
@@ -122,6 +130,18 @@ mod tests {
     fn through(points: &[(f64, f64)]) -> MonotoneCurve {
         let points: Vec<_> = points.iter().map(|(x, f)| (Tunable::still(*x), Tunable::still(*f))).collect();
         MonotoneCurve::through(&points)
+    }
+
+    #[test]
+    fn at_the_end_of_a_dead_zone_each_side_counts_by_half_and_a_zone_of_zero_only_grows() {
+        let (of_zone, of_spool) = ([1.0, 0.0], [0.0, 1.0]);
+        let at = |zone: f64, spool: f64| {
+            let opening = Opening::linear(Tunable { value: zone, slopes: of_zone });
+            opening.at(Tunable { value: spool, slopes: of_spool }).0.map(|it| (it.value, it.slopes))
+        };
+        assert_eq!(at(0.0, 0.0), [(0.0, [0.0, 0.5]), (0.0, [0.0, -0.5])]);
+        assert_eq!(at(0.5, 0.5), [(0.0, [-1.0, 1.0]), (0.0, [0.0, 0.0])]);
+        assert_eq!(at(0.5, -0.75), [(0.0, [0.0, 0.0]), (0.5, [-1.0, -2.0])]);
     }
 
     #[test]
