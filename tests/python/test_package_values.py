@@ -13,7 +13,6 @@ import pandas
 import pint
 import pneumatic_servo as ps
 import pytest
-from pneumatic_servo.defaults import leader_of
 from pneumatic_servo.inputs import _illegal
 from pneumatic_servo.plant_warnings import SATURATES
 
@@ -303,7 +302,7 @@ def test_commands_of_chambers_saturate_as_well(plant: ps.Model, actuation: str) 
 def test_default_that_does_not_fit_follows_and_says_so(
     plant: ps.Model, given: dict[str, object], follower: str, value: float, default: str
 ) -> None:
-    leader = leader_of(plant.variables, follower)
+    leader, _ = plant.variables[follower].follows or ("", False)
     with pytest.warns(ps.PlantWarning, match=f"{follower} = .*its default, {default}, does not fit {leader}"):
         run = plant.simulate(given, **SHORT)
     assert run.settings[follower] == pytest.approx(value)
