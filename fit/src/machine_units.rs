@@ -21,7 +21,7 @@ pub const ROTATING: [(&str, &str); 9] = [
     ("N/s", "N.m/s"),
 ];
 /// Other SI units that readings of a machine that may rotate can have.
-const ALSO: [(&str, &[&str]); 3] = [("position", &["rad"]), ("velocity", &["rad/s"]), ("force", &["N.m", "A"])];
+pub const ALSO: [(&str, &[&str]); 3] = [("position", &["rad"]), ("velocity", &["rad/s"]), ("force", &["N.m", "A"])];
 /// The unit of a gain that makes a force or a torque of a reading in another unit.
 pub const GAINS: [(&str, &str, &str); 4] =
     [("N", "A", "N/A"), ("N.m", "A", "N.m/A"), ("N", "N.m", "1/m"), ("N.m", "N", "m")];
