@@ -156,11 +156,9 @@ pub fn fit(question: &Question, watch: &dyn Watch, told: &dyn Fn(f64)) -> Result
     notes.extend(study.notes.iter().cloned());
     watch.stage("intervals");
     let sure = fitted.with(&workers, |problem| certainty(problem, &best.x, Ends::Jacobian))?;
-    let is_lost = |name: &&String| {
-        let lost = fitted.parameters.iter().zip(&sure.reasons).filter(|(_, reason)| reason.is_some());
-        lost.into_iter().any(|(one, _)| one.name == **name)
-    };
-    let lost: Vec<&str> = hidden.iter().filter(is_lost).map(String::as_str).collect();
+    let ends = fitted.parameters.iter().map(|one| &one.name).zip(&sure.reasons);
+    let lost = ends.filter(|(name, reason)| reason.is_some() && hidden.contains(name));
+    let lost: Vec<&str> = lost.map(|(name, _)| name.as_str()).collect();
     if !lost.is_empty() {
         notes.push(format!(
             "not identifiable at the start values: {}; what is found may be anything; where a value is known, fix it",

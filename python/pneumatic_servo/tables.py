@@ -53,7 +53,10 @@ def _loaded(file: Path) -> Any:
     """Return the array of a file of NumPy, or all by name."""
     try:
         found = np.load(file)
-        return found if isinstance(found, np.ndarray) else dict(found)
+        if isinstance(found, np.ndarray):
+            return found
+        with found:
+            return dict(found)
     except (ValueError, OSError, EOFError, BadZipFile):
         raise ValueError(f"{file}: it is damaged, or has Python objects; save arrays of numbers") from None
 

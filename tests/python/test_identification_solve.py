@@ -150,12 +150,12 @@ def test_all_that_the_data_do_not_tell_is_named() -> None:
     said: list[str] = []
     watch = Watch("fit")
     watch.told_by(lambda text: None, said.append)
-    assert watch.notes == []
+    assert watch.still_hidden() == []
     watch.hidden(["area", "spring"])
     text = (
         "not identifiable at the start values: area, spring; what is found may be anything; where a value is known, "
         "give it by settings"
     )
     assert said == watch.still_hidden() == [text]
-    assert watch.notes == watch.still_hidden({}) == []
+    assert watch.still_hidden({}) == []
     assert "spring" not in watch.still_hidden(["area"])[0]

@@ -291,7 +291,6 @@ def _fit(
     _conditions(problem.trained(), records, cross_validate)
     notes += assumed(problem.experiment, [*(one.name for one in free), *(one.name for one in kind.ties)])
     reached = search(problem, records, validation, extra, starts, seed, loss, executor, watch)
-    notes += watch.notes
     if reached is None:
         raise Interrupted("interrupted")
     problem, fitted, best, is_interrupted = reached

@@ -37,7 +37,6 @@ class Watch:
     def __init__(self, label: str) -> None:
         self.label = label
         self.runs = 0
-        self.notes: list[str] = []
         self.lost: Sequence[str] = ()
         self.every = math.inf
         self._cost = math.inf

@@ -255,10 +255,12 @@ export class Settings {
     }
     if (key !== "leftOut") return undefined;
     if (!/^\d+(-\d+)?( \d+(-\d+)?)*$/.test(text)) return `leftOut = ${text} are no lines of a table`;
-    const lines = text.split(" ").flatMap((range) => {
+    const ranges = text.split(" ").map((range) => {
       const [first, last = first] = range.split("-").map(Number);
-      return Array.from({ length: Math.min(last - first + 1, MOST_LINES) }, (_, place) => first + place);
+      return { first, length: last - first + 1 };
     });
+    if (ranges.some(({ length }) => length < 1 || length > MOST_LINES)) return `leftOut = ${text} are no lines of a table`;
+    const lines = ranges.flatMap(({ first, length }) => Array.from({ length }, (_, place) => first + place));
     this.leftOut = [...new Set(lines)].sort((one, other) => one - other);
     return null;
   }
