@@ -65,7 +65,7 @@ pub fn si_of(signal: &str, unit: &str) -> Result<&'static str, String> {
 pub struct MachineUnits {
     /// Whether the machine rotates.
     pub is_rotating: bool,
-    /// SI unit of the readings of the force, where it is another than the machine's, as that of the current of a motor.
+    /// SI unit of the readings of the force, if it is not the unit of the machine's force: A for the current of a motor.
     pub force: Option<&'static str>,
 }
 
@@ -73,7 +73,7 @@ impl MachineUnits {
     /// Units by the signals of an experiment and the SI units of their columns.
     ///
     /// # Errors
-    /// [`Refused`] for units of a machine that slides beside those of one that rotates.
+    /// [`Refused`] if some columns have units of a sliding machine, and others of a rotating machine.
     pub fn of_columns(kind: &Kind, columns: &[(&str, &'static str)]) -> Result<Self, Refused> {
         let is_other = |(signal, si): &&(&str, &str)| unit_of(signal) != *si;
         if !kind.may_rotate() {

@@ -40,7 +40,8 @@ impl<const N: usize> LinearMap<N> {
         map
     }
 
-    /// The map of order 6 over a stretch in s, from the coefficients at its [`NODES`], and about what that of order 4 lacks.
+    /// The map of order 6 over a stretch in s, from the coefficients at its [`NODES`], and about the error of the map of
+    /// order 4.
     pub fn of_stretch(nodes: &[Self; 3], h: f64) -> [Self; 2] {
         let active = Active::of(nodes);
         // Of a few sizes, of which each is compiled.
@@ -147,7 +148,8 @@ struct Matrix<const R: usize> {
 }
 
 impl<const R: usize> Matrix<R> {
-    /// The logarithm of order 6 of the map over a stretch in s, from the coefficients at its nodes, and what that of order 4 lacks.
+    /// The logarithm of order 6 of the map over a stretch in s, from the coefficients at its nodes, and its difference from the one of
+    /// order 4.
     fn logarithm([first, middle, last]: [&Self; 3], h: f64) -> (Self, Self) {
         let root = f64::sqrt(15.0);
         let constant = Self::sum(&[(h, middle)]);
